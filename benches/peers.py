@@ -254,7 +254,7 @@ def main() -> int:
         import mu_peers
 
         put("mu", mu_peers.rows(EXAMPLES / "mu_timed", ROOT / "tests" / "cases"))
-        words = ["cargo", "run", "--release", "-q", "-p", "squid-autopilot", "--example", "mu_problems", "--"]
+        words = ["cargo", "run", "--release", "-q", "-p", "squid", "--example", "mu_problems", "--"]
         squid = ROOT / "vehicles" / "squid"
         with tempfile.TemporaryDirectory() as folder:
             done = subprocess.run(

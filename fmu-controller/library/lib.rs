@@ -1,3 +1,3 @@
 //! The C symbols of the FMU of the controller.
 
-fmi2::export!(fmu_controller::Controller);
+squid_fmi2::export!(squid_fmu_controller::Controller);

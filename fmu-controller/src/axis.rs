@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use fmi2::{Log, ResourceError, Resources, SavedState, StateError, rounding_of_time};
-use scheduled::{
+use squid_fmi2::{Log, ResourceError, Resources, SavedState, StateError, rounding_of_time};
+use squid_scheduled::{
     Autopilot, ControllerDesign, DesignError, Health, Inputs, Reading, Supervised, Supervisor, TickError,
     Transition,
 };

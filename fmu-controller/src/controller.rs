@@ -1,8 +1,8 @@
 //! The autopilot behind the interface of an FMU: axes that share sensors and a clock.
 
-use fmi2::model_description::{DefaultExperiment, identifier};
-use fmi2::{About, Log, Model, Moment, Resources, SavedState, StateError, Tangents, Variable};
-use scheduled::ControllerDesign;
+use squid_fmi2::model_description::{DefaultExperiment, identifier};
+use squid_fmi2::{About, Log, Model, Moment, Resources, SavedState, StateError, Tangents, Variable};
+use squid_scheduled::ControllerDesign;
 
 use crate::axis::{Axis, ControllerError, RESOURCE};
 use crate::tangents::Quantity;

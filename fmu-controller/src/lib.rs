@@ -16,12 +16,12 @@ pub use axis::{Axis, ControllerError, RESOURCE};
 pub use controller::{Controller, of_axis, prefix};
 pub use variables::{healths, outputs, used_name};
 
-use fmi2::{DescribeError, Described, Resources};
+use squid_fmi2::{DescribeError, Described, Resources};
 
 /// Model description, GUID and XML of the controller in `resources`.
 ///
 /// # Errors
 /// [`DescribeError`] when the design is missing, damaged or does not give a legal FMU.
 pub fn describe(resources: &Resources) -> Result<Described<Controller>, DescribeError> {
-    fmi2::describe(resources)
+    squid_fmi2::describe(resources)
 }

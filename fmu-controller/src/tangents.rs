@@ -1,7 +1,7 @@
 //! Exact derivatives of the commands with respect to the inputs, from the LFT closed at the present speed.
 
-use fmi2::Moment;
-use scheduled::{ControllerDesign, Inputs, OutputTangents};
+use squid_fmi2::Moment;
+use squid_scheduled::{ControllerDesign, Inputs, OutputTangents};
 
 use crate::{Axis, ControllerError};
 
@@ -44,7 +44,7 @@ impl Quantity {
 }
 
 impl Axis {
-    /// The tangents of the outputs along a direction of the inputs, as [`scheduled::Autopilot::tangents`] gives them,
+    /// The tangents of the outputs along a direction of the inputs, as [`squid_scheduled::Autopilot::tangents`] gives them,
     /// the commands through the inverse of their curves. `takes_bearings` says whether the tick is the first of
     /// `step`.
     ///

@@ -3,14 +3,14 @@
 //! Outputs change at ticks only, and a tick runs inside the step that begins with it; so at a communication point no
 //! output depends on an input, and a master has no algebraic loop.
 
-use fmi2::model_description::Enumeration;
-use scheduled::{Actuator, ControllerDesign, Health, Level, Port};
+use squid_fmi2::model_description::Enumeration;
+use squid_scheduled::{Actuator, ControllerDesign, Health, Level, Port};
 
 use crate::Axis;
 use crate::tangents::Quantity;
 
-type Variable = fmi2::Variable<Axis>;
-type Role<T> = fmi2::Role<Axis, T>;
+type Variable = squid_fmi2::Variable<Axis>;
+type Role<T> = squid_fmi2::Role<Axis, T>;
 
 /// A number that an axis gets: the measured value or the reference of a signal, what an actuator gets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

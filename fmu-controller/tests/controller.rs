@@ -7,10 +7,10 @@ mod flight;
 
 use example::{design, with_pitch_rate};
 use flight::{Flight, Remember};
-use fmi2::model_description::Causality;
-use fmi2::{Resources, Silent};
-use fmu_controller::{Controller, RESOURCE, describe};
 use serde_json::{Value, json};
+use squid_fmi2::model_description::Causality;
+use squid_fmi2::{Resources, Silent};
+use squid_fmu_controller::{Controller, RESOURCE, describe};
 
 fn resources(design: &Value) -> Resources {
     [(RESOURCE, design.to_string())].into_iter().collect()

@@ -1,3 +1,3 @@
 //! The C symbols of the FMU of the plant.
 
-fmi2::export!(fmu_plant::PlantModel);
+squid_fmi2::export!(squid_fmu_plant::PlantModel);

@@ -1,7 +1,7 @@
 //! Errors of the plant, each as one sentence.
 
-use auv::{CoefficientError, LpvModelError, SimulationError, TrimError, VehicleJsonError};
-use fmi2::ResourceError;
+use squid_auv::{CoefficientError, LpvModelError, SimulationError, TrimError, VehicleJsonError};
+use squid_fmi2::ResourceError;
 use squid_sea::SeaError;
 
 use crate::resources::LPV_RESOURCE;

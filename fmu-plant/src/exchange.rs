@@ -5,7 +5,7 @@
 //! jumps, only corners, where a velocity or the Reynolds number of friction passes its threshold and where a command or
 //! its rate passes a limit, so that no event is needed.
 
-use auv::{Instant, Rates};
+use squid_auv::{Instant, Rates};
 
 use crate::{PlantError, PlantModel};
 

@@ -1,8 +1,10 @@
 //! The plant behind the interface of an FMU.
 
-use auv::{Fidelity, LpvModel, Slopes, State, Vehicle};
-use fmi2::model_description::{DefaultExperiment, identifier};
-use fmi2::{About, Log, Model, Resources, SavedState, StateError, Tangents, Variable, rounding_of_time};
+use squid_auv::{Fidelity, LpvModel, Slopes, State, Vehicle};
+use squid_fmi2::model_description::{DefaultExperiment, identifier};
+use squid_fmi2::{
+    About, Log, Model, Resources, SavedState, StateError, Tangents, Variable, rounding_of_time,
+};
 
 use crate::resources::{LPV_RESOURCE, VEHICLE_RESOURCE};
 use crate::variables::{inputs, outputs, parameters};

@@ -2,19 +2,19 @@
 //! it has coefficients of sway, roll and yaw:
 //!
 //! ```text
-//! resources/vehicle.json, plant.json -> auv::Plant -> table of variables -> FMU
+//! resources/vehicle.json, plant.json -> squid_auv::Plant -> table of variables -> FMU
 //! ```
 //!
 //! The crate contains no vehicle: coefficients, actuators and limits come from the vehicle file, start values from
 //! the trim table of its LPV model. The C symbols are in `library`.
 //!
-//! A larger model can contain a [`PlantModel`] and take over parts of its table with [`fmi2::Variable::embedded`]:
+//! A larger model can contain a [`PlantModel`] and take over parts of its table with [`squid_fmi2::Variable::embedded`]:
 //!
 //! ```
-//! use fmu_plant::{PlantModel, parameters};
+//! use squid_fmu_plant::{PlantModel, parameters};
 //! struct Loop { plant: PlantModel }
 //!
-//! fn table(whole: &Loop) -> Vec<fmi2::Variable<Loop>> {
+//! fn table(whole: &Loop) -> Vec<squid_fmi2::Variable<Loop>> {
 //!     let of_plant = parameters(&whole.plant).into_iter();
 //!     of_plant.map(|variable| variable.embedded(|whole: &Loop| &whole.plant, |whole| &mut whole.plant)).collect()
 //! }
@@ -41,12 +41,12 @@ pub use states::states;
 pub use variables::{GIVEN_SPEED, inputs, of_current, outputs, parameters};
 pub use waves::{WAVES, WaveParameters};
 
-use fmi2::{DescribeError, Described, Resources};
+use squid_fmi2::{DescribeError, Described, Resources};
 
 /// Model description, GUID and XML of the plant in `resources`.
 ///
 /// # Errors
 /// [`DescribeError`] when a file is missing or damaged, or does not give a legal FMU.
 pub fn describe(resources: &Resources) -> Result<Described<PlantModel>, DescribeError> {
-    fmi2::describe(resources)
+    squid_fmi2::describe(resources)
 }

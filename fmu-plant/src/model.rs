@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use auv::{
+use squid_auv::{
     Ballast, Bottom, Coefficients, Current, Fidelity, Load, LpvModel, LpvModelError, Pitch, Plant, Slopes,
     Speed, State, Surroundings, Trim, TrimPoint, Vehicle, trim_with,
 };

@@ -1,6 +1,6 @@
 //! The quantities with exact derivatives in the plant.
 
-use auv::place::STATES;
+use squid_auv::place::STATES;
 
 /// One quantity that does not belong to an actuator. In the vertical plane nothing belongs to some.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub enum Quantity {
     External(usize),
     /// By which waves change.
     Time,
-    /// By [`auv::place`].
+    /// By [`squid_auv::place`].
     State(usize),
     /// Of these.
     Rate(usize),

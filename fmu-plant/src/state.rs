@@ -1,7 +1,7 @@
 //! What is in the saved state of a flight.
 
-use auv::{COEFFICIENTS, Coefficients, Current, Fidelity, Motion, Snapshot, State};
-use fmi2::{SavedState, StateError};
+use squid_auv::{COEFFICIENTS, Coefficients, Current, Fidelity, Motion, Snapshot, State};
+use squid_fmi2::{SavedState, StateError};
 
 use crate::PlantModel;
 use crate::model::Launch;

@@ -1,12 +1,12 @@
 //! The part of the table of variables that model exchange needs.
 
-use auv::{Actuator, place};
+use squid_auv::{Actuator, place};
 
 use crate::variables::{GIVEN_SPEED, external, knowns_of_trim, of_current};
 use crate::{PlantModel, Quantity, WAVES};
 
-type Variable = fmi2::Variable<PlantModel>;
-type Role<T> = fmi2::Role<PlantModel, T>;
+type Variable = squid_fmi2::Variable<PlantModel>;
+type Role<T> = squid_fmi2::Role<PlantModel, T>;
 
 /// For model exchange: the velocities over ground, which are no outputs, and the rates of all states in the order of
 /// the states.

@@ -1,6 +1,6 @@
 //! Exact derivatives of the plant, by dual numbers in the code that simulates.
 
-use auv::{Bottom, Dual64, Instant, Motion, place};
+use squid_auv::{Bottom, Dual64, Instant, Motion, place};
 
 use crate::{PlantModel, Quantity as Q};
 

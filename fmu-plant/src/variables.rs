@@ -4,14 +4,14 @@
 //! and an actuator without lag follows its command. A master has no algebraic loop unless the commands follow such
 //! a quantity. First values of other outputs follow from parameters alone.
 
-use auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity, Surge, place};
-use fmi2::model_description::Enumeration;
+use squid_auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity, Surge, place};
+use squid_fmi2::model_description::Enumeration;
 use squid_sea::Spectrum;
 
 use crate::{PlantModel, Quantity, WAVES};
 
-type Variable = fmi2::Variable<PlantModel>;
-type Role<T> = fmi2::Role<PlantModel, T>;
+type Variable = squid_fmi2::Variable<PlantModel>;
+type Role<T> = squid_fmi2::Role<PlantModel, T>;
 
 impl PlantModel {
     /// The type of the parameter `fidelity`, of a vehicle with an LPV model of its own.
@@ -300,7 +300,7 @@ fn out_of_plane(model: &PlantModel) -> Vec<Variable> {
     ]
 }
 
-/// An output that is a state too, by [`auv::place`].
+/// An output that is a state too, by [`squid_auv::place`].
 fn state(
     name: &str,
     description: &str,

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use auv::{Surroundings, Vehicle};
-use fmi2::{SavedState, StateError};
+use squid_auv::{Surroundings, Vehicle};
+use squid_fmi2::{SavedState, StateError};
 use squid_sea::{SeaError, Spectrum, Waves};
 
 use crate::PlantError;

@@ -5,9 +5,9 @@
 mod common;
 
 use allocation_counter::measure;
-use auv::Fidelity;
-use fmi2::{Model, Silent};
-use fmu_plant::PlantModel;
+use squid_auv::Fidelity;
+use squid_fmi2::{Model, Silent};
+use squid_fmu_plant::PlantModel;
 
 #[test]
 fn stepping_does_not_allocate() {

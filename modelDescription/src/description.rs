@@ -114,8 +114,8 @@ pub struct LogCategory {
 /// The C identifier nearest to a name: lower-case letters, digits, and `_` for anything else.
 ///
 /// ```
-/// assert_eq!(model_description::identifier("REMUS 100 (2001)"), "remus_100_2001");
-/// assert_eq!(model_description::identifier("100"), "_100");
+/// assert_eq!(squid_model_description::identifier("REMUS 100 (2001)"), "remus_100_2001");
+/// assert_eq!(squid_model_description::identifier("100"), "_100");
 /// ```
 pub fn identifier(name: &str) -> String {
     let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());

@@ -62,7 +62,7 @@ impl Unit {
     /// `us`, `rpm`, `%`.
     ///
     /// ```
-    /// let unit = model_description::Unit::parse("kg.m2/s").unwrap();
+    /// let unit = squid_model_description::Unit::parse("kg.m2/s").unwrap();
     /// assert_eq!(unit.base.exponents[..3], [1, 2, -1]);
     /// ```
     pub fn parse(name: &str) -> Result<Self, UnitError> {

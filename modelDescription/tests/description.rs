@@ -1,7 +1,7 @@
 //! Every rule is violated once, and the XML stands in the order of the schema.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use model_description::*;
+use squid_model_description::*;
 
 fn variable(name: &str, value_reference: u32, causality: Causality, kind: Kind) -> ScalarVariable {
     let real = matches!(kind, Kind::Real { .. });

@@ -38,7 +38,7 @@ LONGEST = (
     "test_verdict",
     "test_command_line",
 )
-CRATES = ("crates", "fmu-plant", "fmu-controller", "fmu-squid", "modelDescription")
+CRATES = ("crates", "fmu-plant", "fmu-controller", "fmu-loop", "modelDescription")
 """What the Python package is compiled from."""
 UNBROKEN = "100000"
 """So many columns that no line of the command is broken."""

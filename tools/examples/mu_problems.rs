@@ -1,19 +1,19 @@
 //! Writes the loop of a stored design, frozen at each of the report's six speeds, as problems for `squid lpv mu`.
 //!
 //! ```text
-//! cargo run --release -p squid-autopilot --example mu_problems -- VEHICLE_DIR DESIGN_DIR OUTPUT_DIR
+//! cargo run --release -p squid --example mu_problems -- VEHICLE_DIR DESIGN_DIR OUTPUT_DIR
 //! ```
 //!
 //! The blocks are the uncertain parameters of the design file, real and repeated. The paths of the files are printed,
 //! lowest speed first.
 
-use base::progress::Progress;
-use lpv::matrix::to_rows;
 use serde_json::json;
+use squid_base::progress::Progress;
 use squid_design::inputs::Inputs;
 use squid_design::store;
 use squid_design::uncertain::closed_loop::uncertain_loop;
 use squid_design::uncertain::frozen::at_speed;
+use squid_lpv::matrix::to_rows;
 use squid_report::subject::Subject;
 use std::error::Error;
 use std::path::Path;

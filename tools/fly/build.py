@@ -34,7 +34,7 @@ def build_binaries(names: list[str]) -> None:
 
 def build_command() -> None:
     """Build only the command."""
-    run(["cargo", "build", "--release", "-p", "squid-autopilot", "--bin", "squid"])
+    run(["cargo", "build", "--release", "-p", "squid", "--bin", "squid"])
 
 
 def squid() -> Path:

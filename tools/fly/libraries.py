@@ -9,7 +9,7 @@ from pathlib import Path
 
 from fly.stages import answer
 
-CRATES = ("fmu-plant-library", "fmu-controller-library", "fmu-squid-library")
+CRATES = ("squid-fmu-plant-library", "squid-fmu-controller-library", "squid-fmu-loop-library")
 """Of the plant, the controller and the loop."""
 BUILD = ("build", "--profile", "fmu", *(word for name in CRATES for word in ("-p", name)))
 """What cargo is asked for: all at once, so that what they share is compiled once."""

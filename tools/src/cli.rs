@@ -4,11 +4,10 @@ use crate::error::Error;
 use crate::verbs::lpv::LpvVerb;
 use crate::verbs::new::Like;
 use crate::verbs::prove::gains::GainsVerb;
-use auv::Vehicle;
-use base::files::{check_directory, read};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use scheduled::DEFAULT_DESIGN;
+use squid_auv::Vehicle;
+use squid_base::files::{check_directory, read};
 use squid_campaign::starts::Starts;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
@@ -16,6 +15,7 @@ use squid_design::inputs::design_file::{BANDWIDTH, RATE};
 use squid_design::store;
 use squid_flight::sea::Sea;
 use squid_package::kind::Interfaces;
+use squid_scheduled::DEFAULT_DESIGN;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -623,7 +623,7 @@ fn with_bandwidth(read: Inputs, bandwidth: Option<f64>) -> Result<Inputs, Error>
     bandwidth.map_or(Ok(read.clone()), |bandwidth| read.with_bandwidth(bandwidth)).map_err(|reason| {
         match reason {
             InputError::Bandwidth { found } => {
-                let (found, allowed) = (auv::number(found), BANDWIDTH.words.into());
+                let (found, allowed) = (squid_auv::number(found), BANDWIDTH.words.into());
                 Error::Argument { name: "--bandwidth", found, allowed }
             }
             reason => reason.into(),

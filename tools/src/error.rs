@@ -1,8 +1,8 @@
 //! Errors that end the command.
 
-use proof::error::ProofError;
 use squid_design::error::{CertifyError, Error as DesignError, InputError, ModelError, StoreError};
 use squid_problem::error::Error as ProblemError;
+use squid_proof::error::ProofError;
 use thiserror::Error as ThisError;
 
 /// An error that ends the command with one message.
@@ -80,7 +80,7 @@ impl Error {
 }
 
 squid_design::from_design_errors! {
-    Error: CertifyError, InputError, ModelError, ProofError, StoreError, auv::FileError, base::files::Error,
-        certificate::Failure, lpv::error::LftError, lpv::error::ShapeError, lpv::error::SynthesisError,
-        scheduled::DesignError
+    Error: CertifyError, InputError, ModelError, ProofError, StoreError, squid_auv::FileError, squid_base::files::Error,
+        squid_certificate::Failure, squid_lpv::error::LftError, squid_lpv::error::ShapeError, squid_lpv::error::SynthesisError,
+        squid_scheduled::DesignError
 }

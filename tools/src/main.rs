@@ -28,7 +28,7 @@ const WRONG_USAGE: u8 = 64;
 const MISSED: u8 = 5;
 
 fn main() -> ExitCode {
-    ::lpv::lmi::keep_caught_panics_quiet();
+    squid_lpv::lmi::keep_caught_panics_quiet();
     let outcome = match Cli::try_parse() {
         Ok(cli) => {
             if cli.json {

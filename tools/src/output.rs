@@ -1,7 +1,7 @@
 //! What the command prints.
 
-use base::files;
 use serde::Serialize;
+use squid_base::files;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 use std::sync::Mutex;

@@ -1,8 +1,8 @@
 //! Progress on the terminal: a line for each stage, with its key figure.
 
 use crate::output::{say, say_indented};
-use base::progress::Event;
 use indicatif::{ProgressBar, ProgressStyle};
+use squid_base::progress::Event;
 use std::sync::Mutex;
 use std::time::Duration;
 

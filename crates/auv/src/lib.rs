@@ -25,7 +25,7 @@
 //! - [`Slopes`]: inputs that are ramps instead of being held; [`Snapshot`]: the state of a plant, saved and restored.
 //!
 //! ```
-//! use auv::{Speed, Vehicle, linearise, trim};
+//! use squid_auv::{Speed, Vehicle, linearise, trim};
 //!
 //! let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml");
 //! let vehicle = Vehicle::parse(&std::fs::read_to_string(file)?, "vehicle.toml")?;
@@ -61,8 +61,6 @@ pub use motion::turn::{Turn, linearise_turn, turn};
 /// A number with its derivative in one direction.
 pub use num_dual::Dual64;
 pub use scalar::Scalar;
-/// The curve of a thruster, and how well a vehicle is known.
-pub use signals::{Curve, Status};
 pub use simulation::current::Current;
 pub use simulation::error::SimulationError;
 pub use simulation::integrator::IntegrationError;
@@ -75,6 +73,8 @@ pub use simulation::slopes::Slopes;
 pub use simulation::snapshot::{Snapshot, SnapshotError};
 pub use simulation::surroundings::Surroundings;
 pub use simulation::water::{Pose, Water, WaterMotion};
+/// The curve of a thruster, and how well a vehicle is known.
+pub use squid_signals::{Curve, Status};
 pub use toml_file::{FileError, FileProblem};
 pub use vehicle::actuator::{Actuator, Effect};
 pub use vehicle::allowed::Allowed;

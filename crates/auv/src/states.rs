@@ -1,6 +1,6 @@
 //! The states of the linear models of a vehicle.
 
-use signals::{State, States};
+use squid_signals::{State, States};
 
 /// The states of the linear model, x = \[u w q theta z\], in their order.
 pub const LONGITUDINAL: [State; 5] = [

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::Complex;
-use signals::Status;
+use squid_signals::Status;
 
 use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::Coefficients;

@@ -9,7 +9,7 @@ use crate::simulation::plant::State;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
 pub use sensed::Sensed;
-use signals::{Interface, Level, Signal, States};
+use squid_signals::{Interface, Level, Signal, States};
 
 /// The number of signals of the view that has most.
 pub const MOST_SIGNALS: usize = {

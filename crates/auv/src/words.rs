@@ -3,7 +3,7 @@
 /// A number in messages: the shortest digits that read back to it, with a power of ten in place of many zeros.
 ///
 /// ```
-/// assert_eq!([0.2, -60.0, 1e300, 1e-300].map(auv::number), ["0.2", "-60", "1e300", "1e-300"]);
+/// assert_eq!([0.2, -60.0, 1e300, 1e-300].map(squid_auv::number), ["0.2", "-60", "1e300", "1e-300"]);
 /// ```
 pub fn number(v: f64) -> String {
     let size = v.abs();
@@ -16,9 +16,9 @@ pub fn number(v: f64) -> String {
 /// A computed number in messages: six significant digits without trailing zeros.
 ///
 /// ```
-/// assert_eq!([1443.6461006741401, 2.0 / 3.0, -0.0, 3e300].map(auv::rounded), ["1443.65", "0.666667", "0", "3e300"]);
-/// assert_eq!([100.0, -250000.0, 999999.7].map(auv::rounded), ["100", "-250000", "1000000"]);
-/// assert_eq!([1.5e-5, f64::NAN].map(auv::rounded), ["1.5e-5", "NaN"]);
+/// assert_eq!([1443.6461006741401, 2.0 / 3.0, -0.0, 3e300].map(squid_auv::rounded), ["1443.65", "0.666667", "0", "3e300"]);
+/// assert_eq!([100.0, -250000.0, 999999.7].map(squid_auv::rounded), ["100", "-250000", "1000000"]);
+/// assert_eq!([1.5e-5, f64::NAN].map(squid_auv::rounded), ["1.5e-5", "NaN"]);
 /// ```
 pub fn rounded(v: f64) -> String {
     Rounded(v).to_string()

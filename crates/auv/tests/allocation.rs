@@ -5,7 +5,7 @@
 mod common;
 
 use allocation_counter::measure;
-use auv::{Current, Fidelity, Load, LpvModel, Plant, Pose, Speed, Water, WaterMotion, linearise, trim};
+use squid_auv::{Current, Fidelity, Load, LpvModel, Plant, Pose, Speed, Water, WaterMotion, linearise, trim};
 use std::sync::Arc;
 
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! Files read, and written whole or not at all.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use base::files::{Files, check_directory, read};
+use squid_base::files::{Files, check_directory, read};
 use std::path::Path;
 
 /// Each says what stands there and what to do; none has a line 0.

@@ -4,4 +4,4 @@
 //! symbols that are not there.
 #![no_std]
 
-extern crate blas_symbols;
+extern crate squid_blas_symbols;

@@ -2,9 +2,9 @@
 #![cfg(not(feature = "openblas"))]
 #![allow(unsafe_code, clippy::unwrap_used, clippy::panic)]
 
-use blas_symbols::*;
 use faer::Mat;
 use proptest::prelude::*;
+use squid_blas_symbols::*;
 use std::ffi::{c_char, c_int};
 
 fn letter(l: u8) -> c_char {

@@ -2,14 +2,11 @@
 //!
 //! Both are gains of the same loop from w to z of the design, in continuous time: the uncertain linear model at a speed
 //! (`squid_design::uncertain`) with the controller frozen there. The guaranteed gain is an upper bound for all constant
-//! values of the uncertain numbers in their ranges, by mu with a performance block ([`lpv::mu::worst_case`]). A drawn
+//! values of the uncertain numbers in their ranges, by mu with a performance block ([`squid_lpv::mu::worst_case`]). A drawn
 //! vehicle has one of these values: its coefficients, the gains of its actuators, and the parameters of its own trim.
 
 use crate::error::Error;
 use crate::plan::{Axis, Plan};
-use lpv::controller::Controller;
-use lpv::mu::CMat;
-use lpv::mu::worst_case::worst_case_gain;
 use nalgebra::{Complex, DVector};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use squid_design::certify::controller_of;
@@ -18,6 +15,9 @@ use squid_design::uncertain::closed_loop::uncertain_loop;
 use squid_design::uncertain::frozen::{FrozenUncertain, at_speed};
 use squid_design::uncertain::model::{Block as Channels, Uncertain};
 use squid_design::uncertain::trim::retrim;
+use squid_lpv::controller::Controller;
+use squid_lpv::mu::CMat;
+use squid_lpv::mu::worst_case::worst_case_gain;
 
 /// The number of speeds, evenly spaced over the range of the design, as for mu in its report.
 const SPEEDS: usize = 6;

@@ -13,7 +13,7 @@ pub enum Error {
     Design(#[from] squid_design::error::Error),
     /// A file cannot be read or written.
     #[error(transparent)]
-    File(#[from] base::files::Error),
+    File(#[from] squid_base::files::Error),
     /// The sea is not possible for the vehicle.
     #[error(transparent)]
     Flight(#[from] squid_flight::error::Error),

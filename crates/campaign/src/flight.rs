@@ -2,10 +2,8 @@
 
 use crate::error::Error;
 use crate::plan::{Axis, Drawn, Plan};
-use auv::longitudinal::{PITCH, SPEED};
-use auv::{Pose, Speed, Surroundings, Vehicle, trim_with};
-use scheduled::Manoeuvre;
-use signals::Signal;
+use squid_auv::longitudinal::{PITCH, SPEED};
+use squid_auv::{Pose, Speed, Surroundings, Vehicle, trim_with};
 use squid_design::uncertain::gradients::perturbed;
 use squid_design::uncertain::model::Block;
 use squid_design::uncertain::vehicle::gains;
@@ -15,6 +13,8 @@ use squid_flight::metrics::{StepFigures, rms};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
 use squid_flight::whole::{WholeFlight, fly_whole};
+use squid_scheduled::Manoeuvre;
+use squid_signals::Signal;
 
 /// A flight is lost if its mean error over the last tenth of the time after the step is above this fraction of the
 /// step.

@@ -2,18 +2,18 @@
 
 use crate::error::Error;
 use crate::starts::Starts;
-use auv::Each;
-use auv::{Parameter, Speed, Vehicle, trim_with};
 use rand::rngs::ChaCha8Rng;
 use rand::{Rng, SeedableRng};
-use scheduled::Manoeuvre;
 use serde::{Deserialize, Serialize};
 use sobol_burley::NUM_DIMENSIONS;
+use squid_auv::Each;
+use squid_auv::{Parameter, Speed, Vehicle, trim_with};
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
 use squid_design::uncertain::model::{Block, Uncertain};
 use squid_design::uncertain::trim::blocks;
 use squid_flight::sea::Sea;
+use squid_scheduled::Manoeuvre;
 use std::collections::BTreeMap;
 
 /// The distribution of the vehicles over the box of the declared uncertainty.

@@ -1,9 +1,9 @@
 //! Initial deviations from trim.
 
-use auv::Each;
-use auv::longitudinal::SIGNALS;
 use serde::{Deserialize, Serialize};
-use signals::Signal;
+use squid_auv::Each;
+use squid_auv::longitudinal::SIGNALS;
+use squid_signals::Signal;
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;
 
@@ -60,7 +60,8 @@ impl FromStr for Starts {
 fn start(part: &str) -> Option<(usize, f64)> {
     let (name, size) = part.split_once('=')?;
     let place = SIGNALS.iter().position(|signal| signal.name == name)?;
-    let read = |unit: &signals::Unit| Some(size.strip_suffix(unit.name)?.parse::<f64>().ok()? * unit.factor);
+    let read =
+        |unit: &squid_signals::Unit| Some(size.strip_suffix(unit.name)?.parse::<f64>().ok()? * unit.factor);
     let size = SIGNALS[place].units.iter().find_map(read)?;
     (size > 0.0 && size.is_finite()).then_some((place, size))
 }
@@ -90,7 +91,7 @@ impl From<Starts> for String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use auv::longitudinal::{PITCH, SPEED};
+    use squid_auv::longitudinal::{PITCH, SPEED};
 
     #[test]
     fn a_list_reads_back_to_the_bit() {

@@ -126,7 +126,7 @@ fn add<T: DataType>(
 /// [`Error::Results`].
 pub fn read(path: &Path) -> Result<(Identity, Vec<Row>), Error> {
     let wrong = |reason: String| Error::Results { path: path.display().to_string(), reason };
-    let file = base::files::open(path)?;
+    let file = squid_base::files::open(path)?;
     rows(&SerializedFileReader::new(file).map_err(|why| wrong(why.to_string()))?).map_err(wrong)
 }
 

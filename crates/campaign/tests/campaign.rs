@@ -1,8 +1,8 @@
 //! Campaigns of the committed design of Squid.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use auv::longitudinal::SIGNALS;
 use rayon::ThreadPoolBuilder;
+use squid_auv::longitudinal::SIGNALS;
 use squid_campaign::bound::gains;
 use squid_campaign::flight::Outcome;
 use squid_campaign::plan::{Drawn, Plan, Points};

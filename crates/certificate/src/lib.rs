@@ -167,7 +167,7 @@
 //!   "controller": {"A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[-1]], "Dut": [[]], "Ct": [], "Dty": [],
 //!     "Dtt": []},
 //!   "claims": [{"gain": {"gamma": 1.25, "X": [[1]], "S": [], "T": []}}]}"#;
-//! let theorem = certificate::Certificate::from_json(text)?.prove()?;
+//! let theorem = squid_certificate::Certificate::from_json(text)?.prove()?;
 //! assert_eq!(
 //!     theorem.to_string(),
 //!     "The closed loop of 1 state is exponentially stable and its L2 gain from w to z is below 1.25. \

@@ -12,12 +12,7 @@
 //! 1/m leaves even the optimal controller for it a gain of m; perturbations are searched.
 #![allow(clippy::print_stdout)]
 
-use base::progress::{Event, Progress};
-use lpv::controller::Controller;
-use lpv::lft::Lft;
-use lpv::mu::over_frequency::mu_over_frequency;
-use lpv::mu::sweep::{CLOSEST, bound_over_frequency};
-use lpv::synthesis::{ScalingClass, least_gamma};
+use squid_base::progress::{Event, Progress};
 use squid_design::augment::{LinearModel, augment};
 use squid_design::certify::constant::constant;
 use squid_design::check::frozen_controller;
@@ -27,6 +22,11 @@ use squid_design::run::run_with;
 use squid_design::uncertain::closed_loop::uncertain_loop;
 use squid_design::uncertain::frozen::{FrozenUncertain, at_speed};
 use squid_design::uncertain::trim::random_corners;
+use squid_lpv::controller::Controller;
+use squid_lpv::lft::Lft;
+use squid_lpv::mu::over_frequency::mu_over_frequency;
+use squid_lpv::mu::sweep::{CLOSEST, bound_over_frequency};
+use squid_lpv::synthesis::{ScalingClass, least_gamma};
 use std::error::Error;
 
 /// The number of speeds at which mu is shown.

@@ -4,11 +4,11 @@ use crate::axis::Linearisation;
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, Measured, Tracked};
 use crate::linearise::stacked;
-use auv::Actuator;
-use lpv::lft::Lft;
-use lpv::matrix::{Mat, block};
-use lpv::plant::GeneralisedPlant;
-use lpv::tracking::{ModelPlace, MovingTrim, TrackingProblem, TwoDegrees};
+use squid_auv::Actuator;
+use squid_lpv::lft::Lft;
+use squid_lpv::matrix::{Mat, block};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::tracking::{ModelPlace, MovingTrim, TrackingProblem, TwoDegrees};
 
 /// States of the wave filter.
 const WAVE_STATES: usize = 2;
@@ -57,7 +57,7 @@ impl LinearModel {
 /// w contains the references and the disturbances at the actuators, z the tracking errors weighted by W_e and the
 /// commands weighted by W_u, u the commands and y the tracking errors. References and outputs are in units of the
 /// `scale` of each tracked output, commands in units of the actuators' reach. All channels of `model` belong to rho.
-/// See [`lpv::tracking`].
+/// See [`squid_lpv::tracking`].
 ///
 /// # Errors
 /// [`ModelError::Augment`], an internal error.

@@ -3,11 +3,11 @@
 pub mod several;
 
 use crate::error::ModelError;
-use auv::{Actuator, Status};
-use lpv::matrix::Mat;
 use nalgebra::Complex;
-use scheduled::{ReferenceLimits, Sensor};
-use signals::{Interface, States};
+use squid_auv::{Actuator, Status};
+use squid_lpv::matrix::Mat;
+use squid_scheduled::{ReferenceLimits, Sensor};
+use squid_signals::{Interface, States};
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 
@@ -26,7 +26,7 @@ pub trait VehicleModel: Debug + Sync {
     /// How well it is known.
     fn status(&self) -> Status;
 
-    /// States and signals; the signal whose level is [`Level::Scheduled`](signals::Level::Scheduled) gives V.
+    /// States and signals; the signal whose level is [`Level::Scheduled`](squid_signals::Level::Scheduled) gives V.
     fn interface(&self) -> &'static Interface;
 
     /// The states x of the linear models, some of those of the interface.
@@ -98,7 +98,7 @@ pub struct Linearisation {
     pub trim: OperatingPoint,
     /// The slope of the trim, `[x0'; u0']` per m/s of the scheduled signal, (n + m) x 1.
     pub trim_slope: Mat,
-    /// What waves add to x', n x 2; see [`auv::Linearisation::by_waves`]. `None` in still water.
+    /// What waves add to x', n x 2; see [`squid_auv::Linearisation::by_waves`]. `None` in still water.
     pub by_waves: Option<Mat>,
 }
 

@@ -15,14 +15,14 @@ use crate::certify::fit_residual::{bends_at_rest, fit_residual};
 use crate::error::{CertifyError, Error};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
-use lpv::analysis::bounded_gain;
-use lpv::controller::Controller;
-use lpv::error::SynthesisError;
-use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::Design;
-use proof::claim::{Proof, controller, controller_rows, with_model_error};
-use proof::error::ProofError;
-use scheduled::LftMatrices;
+use squid_lpv::analysis::bounded_gain;
+use squid_lpv::controller::Controller;
+use squid_lpv::error::SynthesisError;
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::synthesis::Design;
+use squid_proof::claim::{Proof, controller, controller_rows, with_model_error};
+use squid_proof::error::ProofError;
+use squid_scheduled::LftMatrices;
 
 /// Computes the certificate of a design, for the fit and for a ball of models that contains the true linearisations
 /// ([`fit_residual()`]), and proves it in exact arithmetic.
@@ -54,14 +54,14 @@ fn explain(vehicle: &dyn VehicleModel, file: &DesignFile, model: &Model, reason:
 
 /// The matrices of a controller, in the form of a controller file.
 pub fn lft_matrices(k: &Controller) -> LftMatrices {
-    let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = controller_rows(k);
+    let squid_certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = controller_rows(k);
     LftMatrices { blocks: k.blocks.clone(), a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
 /// The frozen controller's matrices in the form of the certificate.
-pub fn frozen_rows(lft: &LftMatrices) -> certificate::Controller {
+pub fn frozen_rows(lft: &LftMatrices) -> squid_certificate::Controller {
     let LftMatrices { blocks: _, a, by, bt, cu, duy, dut, ct, dty, dtt } = lft.clone();
-    certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt }
+    squid_certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
 /// The matrices of a frozen controller as a [`Controller`].

@@ -16,10 +16,10 @@ use crate::error::Error;
 use crate::error::Refusal;
 use crate::inputs::design_file::{DesignFile, SAMPLE_TIME};
 use crate::numbers::rounded_down;
-use lpv::controller::Controller;
-use lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
-use lpv::plant::{GeneralisedPlant, channels};
-use lpv::state_space::StateSpace;
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
+use squid_lpv::plant::{GeneralisedPlant, channels};
+use squid_lpv::state_space::StateSpace;
 use std::f64::consts::TAU;
 
 /// The number of speeds at which the closed loop is checked.
@@ -66,7 +66,7 @@ impl Checks {
                     the sampled controller differs from the one with the proved bound, though its loop is \
                     stable at these speeds.\n\
                     Raise control.weight, now {}: a larger weight gives a slower controller{}",
-                auv::rounded(control_weight),
+                squid_auv::rounded(control_weight),
                 sample_time_words(fastest)
             )
         })

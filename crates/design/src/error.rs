@@ -9,12 +9,12 @@ mod refusal;
 mod store;
 mod uncertain;
 
-use base::files;
 pub use certify::CertifyError;
 pub use input::InputError;
 pub use model::ModelError;
-use proof::error::ProofError;
 pub use refusal::Refusal;
+use squid_base::files;
+use squid_proof::error::ProofError;
 pub use store::StoreError;
 use thiserror::Error as ThisError;
 pub use uncertain::{ConstantError, RobustError, UncertainError};
@@ -34,10 +34,10 @@ pub enum Error {
     Uncertain(#[from] UncertainError),
     /// No controller was found.
     #[error(transparent)]
-    Synthesis(#[from] lpv::error::SynthesisError),
+    Synthesis(#[from] squid_lpv::error::SynthesisError),
     /// No controller was found for a vehicle; with remarks on possible causes.
     #[error("{reason}{}", remarks.iter().map(|r| format!("\n  remark: {r}")).collect::<String>())]
-    NoController { reason: lpv::error::SynthesisError, remarks: Vec<String> },
+    NoController { reason: squid_lpv::error::SynthesisError, remarks: Vec<String> },
     /// There is no robust controller.
     #[error(transparent)]
     Robust(#[from] RobustError),
@@ -46,13 +46,13 @@ pub enum Error {
     Constant(#[from] ConstantError),
     /// The gammas under other assumptions about the speed could not be computed.
     #[error(transparent)]
-    Ladder(#[from] lpv::ladder::LadderError),
+    Ladder(#[from] squid_lpv::ladder::LadderError),
     /// mu could not be bounded at a speed.
     #[error("mu at {speed} m/s: {reason}")]
     MuAtSpeed {
         /// Speed along the path, m/s.
         speed: f64,
-        reason: lpv::mu::sweep::SweepError,
+        reason: squid_lpv::mu::sweep::SweepError,
     },
     /// The finished controller failed a check.
     #[error("the controller is refused: {0}")]
@@ -86,11 +86,11 @@ macro_rules! from_stage_errors {
 }
 
 from_stage_errors! {
-    InputError: auv::FileError;
-    ModelError: auv::CoefficientError, lpv::error::FitError, lpv::error::LftError, lpv::error::ShapeError,
-        lpv::error::AugmentError;
-    ProofError: certificate::Failure;
-    StoreError: auv::LpvModelError, auv::VehicleJsonError, scheduled::DesignError, scheduled::ManoeuvreError;
+    InputError: squid_auv::FileError;
+    ModelError: squid_auv::CoefficientError, squid_lpv::error::FitError, squid_lpv::error::LftError, squid_lpv::error::ShapeError,
+        squid_lpv::error::AugmentError;
+    ProofError: squid_certificate::Failure;
+    StoreError: squid_auv::LpvModelError, squid_auv::VehicleJsonError, squid_scheduled::DesignError, squid_scheduled::ManoeuvreError;
 }
 
 /// `From` for errors that become the variant `Design` of an upper crate's error.

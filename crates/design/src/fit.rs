@@ -11,9 +11,9 @@ use crate::error::ModelError;
 use crate::fit::trim_slope::{trim_slope, trim_slopes};
 use crate::inputs::design_file::{DesignFile, WorkingSea};
 use crate::linearise::{split, stacked};
-use lpv::lft::Lft;
-use lpv::matrix::{Mat, largest_singular_value};
-use lpv::polynomial::{FitResidual, MatrixPolynomial};
+use squid_lpv::lft::Lft;
+use squid_lpv::matrix::{Mat, largest_singular_value};
+use squid_lpv::polynomial::{FitResidual, MatrixPolynomial};
 
 /// Singular values below this fraction of the largest are rounding.
 const ROUNDING: f64 = 1e-12;

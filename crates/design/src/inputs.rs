@@ -10,12 +10,12 @@ use crate::axis::VehicleModel;
 use crate::error::InputError;
 use crate::inputs::design_file::{BANDWIDTH, DesignFile, UncertainParameter, relative_weight};
 use crate::linearise::{LevelFlight, TRIM_ROWS};
-use auv::longitudinal::SPEED;
-use auv::{Pitch, VIEWS, Vehicle, View};
-use base::files::read;
-use pid::Pid;
-use scheduled::InputHashes;
 use sha2::{Digest, Sha256};
+use squid_auv::longitudinal::SPEED;
+use squid_auv::{Pitch, VIEWS, Vehicle, View};
+use squid_base::files::read;
+use squid_pid::Pid;
+use squid_scheduled::InputHashes;
 use std::path::{Path, PathBuf};
 
 /// A vehicle and a design file, with their hashes.

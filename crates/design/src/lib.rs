@@ -5,7 +5,7 @@
 //! ```
 //!
 //! [`run::run`] runs all of them; each stage is a module of that name. Nothing here prints, plots or packs: progress is
-//! reported by callbacks ([`base::progress::Progress`]), and the result is a value ([`run::Finished`]).
+//! reported by callbacks ([`squid_base::progress::Progress`]), and the result is a value ([`run::Finished`]).
 
 pub mod augment;
 pub mod axis;

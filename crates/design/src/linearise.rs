@@ -7,14 +7,14 @@ pub mod turning;
 use crate::axis::{Linearisation, OperatingPoint, VehicleModel};
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, UncertainParameter};
-use auv::{
+use serde_json::{Map, Value, json};
+use squid_auv::{
     Actuator, Dynamics, Pitch, Speed, State, Status, Trim, Vehicle, View, linearise, linearise_with,
     trim_with, trims,
 };
-use lpv::matrix::{Mat, block, to_rows};
-use scheduled::{ReferenceLimits, Sensor};
-use serde_json::{Map, Value, json};
-use signals::{Interface, States};
+use squid_lpv::matrix::{Mat, block, to_rows};
+use squid_scheduled::{ReferenceLimits, Sensor};
+use squid_signals::{Interface, States};
 use std::collections::BTreeMap;
 
 /// The number of speeds of a trim table, evenly spaced over the range of a design; its trims lie on one branch.
@@ -126,7 +126,7 @@ impl LevelFlight<'_> {
     ///
     /// # Errors
     /// [`ModelError::Trim`] with the speed and the reason; [`ModelError::Waves`].
-    pub fn at(&self, speed: f64) -> Result<auv::Linearisation, ModelError> {
+    pub fn at(&self, speed: f64) -> Result<squid_auv::Linearisation, ModelError> {
         let (depth, pitch) = self.file.level();
         let level = trim_with(self.plane, Speed::Path(speed), depth, pitch).map_err(ModelError::Trim)?;
         let still = linearise_with(self.vehicle, &self.own(level), self.states())?;
@@ -141,7 +141,7 @@ impl LevelFlight<'_> {
 
 impl Linearisation {
     /// The motion of a vehicle with these actuators.
-    pub fn of(l: &auv::Linearisation, actuators: &[Actuator]) -> Self {
+    pub fn of(l: &squid_auv::Linearisation, actuators: &[Actuator]) -> Self {
         Self {
             a: l.a.clone(),
             b: l.b.clone(),
@@ -172,14 +172,14 @@ pub fn linearise_vehicle(
     vehicle: &Vehicle,
     depth: f64,
     speed: f64,
-) -> Result<auv::Linearisation, ModelError> {
+) -> Result<squid_auv::Linearisation, ModelError> {
     let pitch = Pitch::over(vehicle, depth, &[speed], None);
     let level = trim_with(vehicle, Speed::Path(speed), depth, &pitch).map_err(ModelError::Trim)?;
     Ok(linearise(vehicle, &level)?)
 }
 
 /// Trim, A, B and eigenvalues at one speed as JSON.
-pub fn to_json(vehicle: &Vehicle, l: &auv::Linearisation) -> Value {
+pub fn to_json(vehicle: &Vehicle, l: &squid_auv::Linearisation) -> Value {
     let t = &l.trim;
     let outputs = vehicle.actuators.iter().zip(&t.actuators);
     let actuators: Map<String, Value> = outputs.map(|(a, output)| (a.name.clone(), json!(output))).collect();

@@ -1,4 +1,4 @@
 //! Numbers formatted for people.
 
-pub use auv::readable;
-pub use base::numbers::{above, decimals, rounded_down, rounded_up};
+pub use squid_auv::readable;
+pub use squid_base::numbers::{above, decimals, rounded_down, rounded_up};

@@ -22,11 +22,11 @@ use crate::store::freeze::{Frozen, lpv_model};
 use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;
 use crate::verdict::Verdict;
-use base::progress::Progress;
-use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::Design;
-use proof::claim::Proof;
-use scheduled::InputHashes;
+use squid_base::progress::Progress;
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::synthesis::Design;
+use squid_proof::claim::Proof;
+use squid_scheduled::InputHashes;
 
 /// A design with the results of all stages.
 #[derive(Debug, Clone)]

@@ -34,15 +34,15 @@ use crate::store::freeze::Frozen;
 use crate::synthesise::robust::stored::{self, StoredRobust};
 use crate::verdict::Verdict;
 use crate::verdict::row::{Outcome, StoredRow};
-use auv::{Actuator, LpvModel, LpvModelError};
-use base::files::{Files, read, reading};
-use certificate::{Certificate, Theorem};
-use proof::claim::{parse, text};
-use scheduled::ControllerDesign;
-use scheduled::Manoeuvre;
 use serde::Serialize;
 use serde_json::Value;
-use signals::States;
+use squid_auv::{Actuator, LpvModel, LpvModelError};
+use squid_base::files::{Files, read, reading};
+use squid_certificate::{Certificate, Theorem};
+use squid_proof::claim::{parse, text};
+use squid_scheduled::ControllerDesign;
+use squid_scheduled::Manoeuvre;
+use squid_signals::States;
 use std::path::{Path, PathBuf};
 
 /// The default directory of an autopilot: `build/VEHICLE/DESIGN`.
@@ -261,7 +261,7 @@ fn response_figures((actuators, states): (&[Actuator], States), errors: Option<&
 /// FMUs.
 ///
 /// # Errors
-/// [`Unwritable`](base::files::Error::Unwritable).
+/// [`Unwritable`](squid_base::files::Error::Unwritable).
 pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<(), Error> {
     let to = |name: &str| directory.join(name);
     let mut files = Files::default();
@@ -366,7 +366,7 @@ fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
         vehicle: &inputs.vehicle.name,
         status: inputs.vehicle.status.word(),
         design: &inputs.design.name,
-        fmu_identifier: model_description::identifier(&inputs.vehicle.name),
+        fmu_identifier: squid_model_description::identifier(&inputs.vehicle.name),
         gamma_optimum: f.design.gamma_optimum,
         gamma_design: f.design.gamma_design,
         gamma_bound: f.design.certified.gamma,

@@ -10,18 +10,18 @@ use crate::check::fastest_sampled;
 use crate::error::Error;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
-use auv::Actuator;
-use base::progress::Progress;
-use lpv::bounded_rate::SlowOptions;
-use lpv::error::SynthesisError;
-use lpv::parameter_grid::parameter_grid;
-use lpv::plant::GeneralisedPlant;
-use lpv::reduce::without_fast_modes;
-use lpv::regularity::findings;
-use lpv::synthesis::{Design, Options, ScalingClass, least_gamma};
+use squid_auv::Actuator;
+use squid_base::progress::Progress;
+use squid_lpv::bounded_rate::SlowOptions;
+use squid_lpv::error::SynthesisError;
+use squid_lpv::parameter_grid::parameter_grid;
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::reduce::without_fast_modes;
+use squid_lpv::regularity::findings;
+use squid_lpv::synthesis::{Design, Options, ScalingClass, least_gamma};
 
 /// Synthesises the scheduled controller for the generalised plant of [`crate::augment`] by
-/// [`lpv::synthesis::synthesise`], with a bound of the closed loop's L2 gain from w to z; or bounds that of a
+/// [`squid_lpv::synthesis::synthesise`], with a bound of the closed loop's L2 gain from w to z; or bounds that of a
 /// [given](given::given) controller.
 ///
 /// # Errors
@@ -72,7 +72,7 @@ fn controller_for(
 ) -> Result<Design, SynthesisError> {
     match file.rate {
         Some(rate) => at_bounded_rate(file, plant, rate),
-        None => lpv::synthesis::synthesise(plant, options),
+        None => squid_lpv::synthesis::synthesise(plant, options),
     }
 }
 
@@ -106,7 +106,7 @@ fn with_slow_modes_only(file: &DesignFile, plant: &GeneralisedPlant, design: Des
 fn at_bounded_rate(file: &DesignFile, plant: &GeneralisedPlant, rate: f64) -> Result<Design, SynthesisError> {
     let (_, half_range) = file.scheduling();
     let options = SlowOptions { back_off: file.back_off, ..SlowOptions::at(rate / half_range) };
-    let found = lpv::bounded_rate::synthesise(plant, options)?;
+    let found = squid_lpv::bounded_rate::synthesise(plant, options)?;
     let certified = found.fast.ok_or_else(|| SynthesisError::Numerical {
         stage: "synthesis at a bounded rate",
         diagnosis: "no bound of the loop was found for a speed that moves faster than 'synthesis.rate'; raise that, or \
@@ -200,8 +200,8 @@ mod tests {
     use crate::fit::Model;
     use crate::inputs::Inputs;
     use crate::inputs::tests::shipped;
-    use lpv::partition::Group;
-    use lpv::regularise::Regularisation;
+    use squid_lpv::partition::Group;
+    use squid_lpv::regularise::Regularisation;
 
     /// The paper's design, whose controller is computed quickly.
     fn squid() -> (Inputs, GeneralisedPlant) {
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn what_was_added_for_the_design_is_reported() {
         let (_, plant) = squid();
-        let mut design = lpv::synthesis::synthesise(&plant, Options::default()).unwrap();
+        let mut design = squid_lpv::synthesis::synthesise(&plant, Options::default()).unwrap();
         let line = |design: &Design| synthesis_line(design, Options::default().back_off, 1.0);
         assert!(line(&design).ends_with("(10.0 % back-off), 1.0 s"));
         design.regularisation = Some(Regularisation { weights: vec![vec![1e-3, 0.0]], noises: vec![] });

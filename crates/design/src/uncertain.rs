@@ -31,7 +31,7 @@ use crate::uncertain::model::UncertainModel;
 use crate::uncertain::pencil::Pencil;
 use crate::uncertain::reduce::minimal;
 use crate::uncertain::trim::{TrimRange, blocks, trim_range};
-use auv::Linearisation;
+use squid_auv::Linearisation;
 
 /// The accuracy of the uncertain model over the range of speed; higher accuracy needs more channels.
 #[derive(Debug, Clone, Copy, PartialEq)]

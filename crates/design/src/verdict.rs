@@ -22,8 +22,8 @@ use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::verdict::found::{Effort, Found};
 use crate::verdict::row::{Outcome, Row, StoredRow};
-use scheduled::ControllerDesign;
 use serde::Serialize;
+use squid_scheduled::ControllerDesign;
 use std::fmt::{self, Display, Formatter};
 
 /// The requirements and what is achieved.

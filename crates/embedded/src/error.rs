@@ -8,7 +8,7 @@ use thiserror::Error as ThisError;
 pub enum ExportError {
     /// The design is wrong.
     #[error(transparent)]
-    Design(#[from] scheduled::DesignError),
+    Design(#[from] squid_scheduled::DesignError),
     /// An actuator's name that C or C++ keeps for itself.
     #[error(
         "the actuator '{name}' cannot be a member of a struct: the word belongs to C or C++; rename it in vehicle.toml"

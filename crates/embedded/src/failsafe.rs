@@ -1,9 +1,9 @@
-//! What the header and the source have for sensors that fail, in the order of [`scheduled::Supervisor`].
+//! What the header and the source have for sensors that fail, in the order of [`squid_scheduled::Supervisor`].
 
 use crate::inputs::{Input, inputs, near, reference};
 use crate::tables::{Tables, column};
 use crate::template::{fill, lines};
-use scheduled::{
+use squid_scheduled::{
     ControllerDesign, LONGEST, Port, RAMP, REGAINED_AFTER, RETURN, SLOWEST, STEPS, Source, Without,
     returning, ticks,
 };
@@ -12,7 +12,7 @@ use scheduled::{
 pub(crate) struct Watched {
     input: Input,
     without: Without,
-    sensor: scheduled::Sensor,
+    sensor: squid_scheduled::Sensor,
 }
 
 impl Watched {
@@ -136,7 +136,7 @@ pub(crate) fn member(design: &ControllerDesign) -> &'static str {
 pub(crate) fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
     let Some(failsafe) = &design.failsafe else { return String::new() };
     let counts = [
-        ("NEVER", scheduled::NEVER),
+        ("NEVER", squid_scheduled::NEVER),
         ("REGAINED_TICKS", ticks(REGAINED_AFTER, design.sample_time)),
         ("RAMP_TICKS", ticks(RAMP, design.sample_time)),
         ("LONGEST_TICKS", ticks(LONGEST, design.sample_time)),

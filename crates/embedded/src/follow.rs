@@ -1,12 +1,12 @@
-//! What the source does with commands that are not its own, in the order of [`scheduled::Autopilot::follow`].
+//! What the source does with commands that are not its own, in the order of [`squid_scheduled::Autopilot::follow`].
 
 use crate::inputs::{near, reference, references};
 use crate::references::{ends, is_kept, is_speed, keep_references, limit, limit_name, wanted_speed};
 use crate::tables::Tables;
 use crate::template::fill;
 use crate::{failsafe, governor};
-use scheduled::{ControllerDesign, OverSpeed, Port};
-use signals::{Curve, Law};
+use squid_scheduled::{ControllerDesign, OverSpeed, Port};
+use squid_signals::{Curve, Law};
 
 /// The functions that follow applied commands, and feed them back.
 pub(crate) fn functions(design: &ControllerDesign, tables: &Tables, all_finite: &str) -> String {
@@ -52,7 +52,8 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables, all_finite: 
 
 /// The gains, one below the other.
 pub(crate) fn gains(tables: &Tables) -> String {
-    let rows = |gain: &scheduled::Matrix| (0..gain.rows()).map(|i| gain.row(i).to_vec()).collect::<Vec<_>>();
+    let rows =
+        |gain: &squid_scheduled::Matrix| (0..gain.rows()).map(|i| gain.row(i).to_vec()).collect::<Vec<_>>();
     let all: Vec<_> = tables.autopilot.follow_gains().iter().flat_map(rows).collect();
     if all.is_empty() { String::new() } else { tables.table("FOLLOW", &all) }
 }

@@ -3,7 +3,7 @@
 use crate::inputs::{near, reference, references};
 use crate::tables::Tables;
 use crate::template::lines;
-use scheduled::{ControllerDesign, HELD, Port};
+use squid_scheduled::{ControllerDesign, HELD, Port};
 
 /// The bit of the status of a command of the first actuator that is at its limit; that of the next is twice as large.
 pub(crate) const SATURATED_FIRST: u32 = 0x10000;
@@ -13,7 +13,7 @@ pub(crate) const MOST_ACTUATORS: usize = 16;
 
 /// The bits of the status of commands at their limits, a line each.
 pub(crate) fn bits(design: &ControllerDesign) -> String {
-    let bit = |(index, one): (usize, &scheduled::Actuator)| {
+    let bit = |(index, one): (usize, &squid_scheduled::Actuator)| {
         let (name, bit) = (one.name.to_ascii_uppercase(), SATURATED_FIRST << index);
         format!("#define @PREFIX@_SATURATED_{name} {bit:#x}u")
     };
@@ -94,7 +94,7 @@ pub(crate) fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
     let yielding = tables.real.literal(yielding);
     let mut text = format!("static const real YIELDING = {yielding};\nenum {{ HELD = {held} }};\n");
     if pushes_one_way(design) {
-        let pushes: Vec<f64> = design.actuators.iter().map(scheduled::Actuator::pushes).collect();
+        let pushes: Vec<f64> = design.actuators.iter().map(squid_scheduled::Actuator::pushes).collect();
         text += &tables.column("PUSHES", &pushes);
     }
     text

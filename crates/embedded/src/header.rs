@@ -9,7 +9,7 @@ use crate::references::is_kept;
 use crate::tables::Tables;
 use crate::template::{fill, paragraph};
 use crate::{failsafe, governor};
-use scheduled::{Actuator, ControllerDesign, Gain, Port};
+use squid_scheduled::{Actuator, ControllerDesign, Gain, Port};
 
 /// What is proved of a controller, in words for the header.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! What the autopilot takes: measurements and references.
 
-use scheduled::{ControllerDesign, Kind, Level, Port};
+use squid_scheduled::{ControllerDesign, Kind, Level, Port};
 
 /// A member of the inputs.
 pub(crate) struct Input {

@@ -5,7 +5,7 @@
 //! those of several axes -> together -> NAME.h, NAME.c
 //! ```
 //!
-//! The source has the numbers of [`scheduled::Autopilot`] and does its operations in its order, so that the results are
+//! The source has the numbers of [`squid_scheduled::Autopilot`] and does its operations in its order, so that the results are
 //! the same to the last bit. `template/` has what is the same for every design.
 
 mod compare;
@@ -32,7 +32,7 @@ pub use whole::together;
 use crate::header::header;
 use crate::source::source;
 use crate::tables::Tables;
-use scheduled::{ControllerDesign, DEFAULT_DESIGN};
+use squid_scheduled::{ControllerDesign, DEFAULT_DESIGN};
 
 /// The two files, in memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,7 +53,7 @@ pub fn export(design: &ControllerDesign, standing: &Standing, real: Real) -> Res
     let tables = Tables::of(design, real)?;
     // Those of several designs can be linked together.
     let of_design = if design.design == DEFAULT_DESIGN { "" } else { design.design.as_str() };
-    let name = model_description::identifier(&format!("{} {of_design}", design.vehicle.name));
+    let name = squid_model_description::identifier(&format!("{} {of_design}", design.vehicle.name));
     let fields = template::fields(&name, design, real);
     Ok(Source {
         header: header(design, &tables, standing, &fields)?,

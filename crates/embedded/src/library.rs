@@ -1,8 +1,8 @@
 //! What the source needs of the mathematical library.
 
 use crate::real::Real;
-use scheduled::{Actuator, ControllerDesign};
-use signals::Law;
+use squid_scheduled::{Actuator, ControllerDesign};
+use squid_signals::Law;
 
 /// What must be linked.
 pub(crate) fn of_library(functions: &[String]) -> String {

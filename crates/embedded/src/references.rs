@@ -4,7 +4,7 @@ use crate::failsafe::needs_last;
 use crate::governor;
 use crate::inputs::{has_rate, near, reference, references};
 use crate::template::lines;
-use scheduled::{ControllerDesign, Level, OverSpeed, Port, ReferenceLimits};
+use squid_scheduled::{ControllerDesign, Level, OverSpeed, Port, ReferenceLimits};
 
 /// The signal that is scheduled on.
 pub(crate) fn scheduled(design: &ControllerDesign) -> &Port {

@@ -1,4 +1,4 @@
-//! The source: tables of numbers, and the operations of a tick in the order of [`scheduled::Autopilot`].
+//! The source: tables of numbers, and the operations of a tick in the order of [`squid_scheduled::Autopilot`].
 
 use crate::inputs::{Input, has_rate, inputs, keeps_commands, near, origins, reference, references};
 use crate::library::{functions, of_library};
@@ -7,10 +7,10 @@ use crate::references::{ends, is_speed, keep_references, limited, scheduled, wan
 use crate::tables::{Tables, column};
 use crate::template::{fill, lines};
 use crate::{failsafe, follow, governor};
-use scheduled::{
+use squid_scheduled::{
     Actuator, ControllerDesign, FARTHEST, Kind, Level, OverSpeed, Port, RETURNING, ROUNDING_OF_RHO,
 };
-use signals::Law;
+use squid_signals::Law;
 use std::f64::consts::TAU;
 
 /// What stands in for [`FARTHEST`] and [`ROUNDING_OF_RHO`] where a float cannot hold the one, or rounds by more than
@@ -222,7 +222,7 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
     text += &format!("enum {{ OPEN = {open} }};\n");
     text += &tables.column("LARGEST_APPLIED", &of(Actuator::largest_applied));
     for (index, actuator) in design.actuators.iter().enumerate() {
-        if let Some(Law::Points(points)) = actuator.curve.as_ref().map(signals::Curve::law) {
+        if let Some(Law::Points(points)) = actuator.curve.as_ref().map(squid_signals::Curve::law) {
             let points: Vec<Vec<f64>> = points.iter().map(|point| point.to_vec()).collect();
             text += &tables.table(&format!("CURVE_{index}"), &points);
         }
@@ -283,7 +283,7 @@ fn curves(design: &ControllerDesign) -> String {
 
 /// The lines that compute y.
 fn y(design: &ControllerDesign, real: Real) -> String {
-    let line = |(index, input): (usize, &scheduled::ControllerInput)| {
+    let line = |(index, input): (usize, &squid_scheduled::ControllerInput)| {
         let name = &input.signal;
         let signal = design.signals.iter().find(|signal| signal.name == *name);
         let reference =

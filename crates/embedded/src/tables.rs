@@ -2,7 +2,7 @@
 
 use crate::error::ExportError;
 use crate::real::Real;
-use scheduled::{Autopilot, ControllerDesign, Lft, Matrix, Sizes};
+use squid_scheduled::{Autopilot, ControllerDesign, Lft, Matrix, Sizes};
 
 /// Rows of a matrix that are summed at a time.
 const HEIGHT: usize = 4;

@@ -1,7 +1,7 @@
 //! Text with fields: `@name@` stands for what the field says.
 
 use crate::real::Real;
-use scheduled::ControllerDesign;
+use squid_scheduled::ControllerDesign;
 
 /// The fields of both files.
 pub(crate) fn fields(name: &str, design: &ControllerDesign, real: Real) -> Vec<(&'static str, String)> {

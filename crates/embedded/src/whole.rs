@@ -5,7 +5,7 @@
 
 use crate::Source;
 use crate::template::{fill, lines, paragraph, plain};
-use scheduled::ControllerDesign;
+use squid_scheduled::ControllerDesign;
 
 /// An axis: what it is called, its design, and its own source.
 pub type Axis<'a> = (&'a str, &'a ControllerDesign, &'a Source);

@@ -1,12 +1,12 @@
-//! The source of random designs, compiled, against [`scheduled::Autopilot`]: every output the same, to the bit.
+//! The source of random designs, compiled, against [`squid_scheduled::Autopilot`]: every output the same, to the bit.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 mod design;
 
 use design::example::{SIGNALS, SPEED, TRACKED};
 use design::{Random, random};
-use scheduled::{Autopilot, ControllerDesign, Health, Inputs, Supervisor, TickError};
 use squid_embedded::{Real, Standing, compare as compare_sources, export};
+use squid_scheduled::{Autopilot, ControllerDesign, Health, Inputs, Supervisor, TickError};
 use std::f64::consts::TAU;
 use std::io::Write;
 use std::path::Path;
@@ -140,7 +140,7 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
 }
 
 /// A command to an actuator, as it takes it, now and then beyond its limits.
-fn any_command(random: &mut Random, actuator: &scheduled::Actuator) -> f64 {
+fn any_command(random: &mut Random, actuator: &squid_scheduled::Actuator) -> f64 {
     let [least, most] = [actuator.minimum, actuator.maximum].map(|end| actuator.taken(end).0);
     random.between(1.2 * least - 0.2 * most, 1.2 * most - 0.2 * least)
 }
@@ -165,7 +165,7 @@ fn run(
     Flown { autopilot, supervisor }: &mut Flown,
     (what, inputs, applied, ages): &Row,
 ) -> Result<(), TickError> {
-    let given = |(actuator, taken): (&scheduled::Actuator, &f64)| actuator.given(*taken);
+    let given = |(actuator, taken): (&squid_scheduled::Actuator, &f64)| actuator.given(*taken);
     let applied: Vec<f64> = design.actuators.iter().zip(applied).map(given).collect();
     if *what == What::Reset {
         autopilot.initialise(0.0, inputs)?;
@@ -183,11 +183,11 @@ fn run(
         autopilot.feed_back(&applied)?;
     }
     let stale_after = design.failsafe.as_ref().map_or(0.0, |failsafe| failsafe.stale_after);
-    let period = |port: &scheduled::Port| {
+    let period = |port: &squid_scheduled::Port| {
         let sensor = design.failsafe.as_ref().and_then(|failsafe| failsafe.sensors.get(&port.name));
         sensor.map_or(0.0, |sensor| sensor.period)
     };
-    let is_fresh = |(age, port): (&f64, &scheduled::Port)| {
+    let is_fresh = |(age, port): (&f64, &squid_scheduled::Port)| {
         stale_after == 0.0 || (0.0..=stale_after + period(port)).contains(age)
     };
     let valid: Vec<bool> = ages.iter().zip(&design.signals).map(is_fresh).collect();
@@ -232,7 +232,7 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> ([usi
             assert_eq!(code, 0, "tick {index}");
             let Flown { autopilot, supervisor } = &flown;
             let outputs = autopilot.outputs();
-            let taken = |(actuator, command): (&scheduled::Actuator, &f64)| actuator.taken(*command).0;
+            let taken = |(actuator, command): (&squid_scheduled::Actuator, &f64)| actuator.taken(*command).0;
             let commands = design.actuators.iter().zip(supervisor.commands()).map(taken);
             let used = followed(design).map(|place| autopilot.references()[place]);
             let monitors = [outputs.scheduling_parameter, outputs.trim[0]];
@@ -328,7 +328,7 @@ fn floats_follow_doubles() {
                 100..120 => What::Follow,
                 _ => What::Step,
             };
-            let middle = |one: &scheduled::Actuator| one.taken(0.5 * (one.minimum + one.maximum)).0;
+            let middle = |one: &squid_scheduled::Actuator| one.taken(0.5 * (one.minimum + one.maximum)).0;
             let applied = design.actuators.iter().map(middle).collect();
             (what, inputs.clone(), applied, vec![0.0; SIGNALS])
         };

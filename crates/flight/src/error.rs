@@ -8,20 +8,20 @@ use thiserror::Error as ThisError;
 pub enum Error {
     /// The frozen controller is invalid.
     #[error(transparent)]
-    ControllerDesign(#[from] scheduled::DesignError),
+    ControllerDesign(#[from] squid_scheduled::DesignError),
     /// A coefficient of the vehicle is not allowed.
     #[error(transparent)]
-    Coefficient(#[from] auv::CoefficientError),
+    Coefficient(#[from] squid_auv::CoefficientError),
     /// The vehicle has no trim at the start of the flight.
     #[error("{reason}")]
     Trim {
         /// Speed along the path, m/s.
         speed: f64,
-        reason: auv::TrimError,
+        reason: squid_auv::TrimError,
     },
     /// A step in a signal without a reference in the design.
     #[error("the manoeuvre cannot be flown: {0}")]
-    Manoeuvre(#[from] scheduled::ManoeuvreError),
+    Manoeuvre(#[from] squid_scheduled::ManoeuvreError),
     /// The sea is not possible.
     #[error(transparent)]
     Sea(#[from] squid_sea::SeaError),
@@ -54,8 +54,8 @@ pub enum Error {
     AtTheSurface { depth: f64 },
     /// The autopilot could not compute a tick.
     #[error(transparent)]
-    Tick(#[from] scheduled::TickError),
+    Tick(#[from] squid_scheduled::TickError),
     /// The vehicle could not be simulated.
     #[error(transparent)]
-    Simulation(#[from] auv::SimulationError),
+    Simulation(#[from] squid_auv::SimulationError),
 }

@@ -5,11 +5,11 @@ use crate::held_level::HeldLevel;
 use crate::sea::{Conditions, Sea};
 pub use crate::surfacing::{Surfacing, out_of_water};
 use crate::ticks::{Tick, Ticks};
-use auv::{
+use squid_auv::{
     Current, Each, EachTracked, LONGITUDINAL, Load, Pitch, Plant, Speed, State, TRACKED, VIEWS, Vehicle,
     View, trim_with,
 };
-use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
+use squid_scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
 use std::array::from_fn;
 use std::borrow::Cow;
 
@@ -464,7 +464,7 @@ mod tests {
     fn a_flight_ends_at_the_surface() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
         let inputs = Inputs::read(&folder, "design").unwrap();
-        let frozen = base::files::read(&folder.join("frozen/controller.json")).unwrap();
+        let frozen = squid_base::files::read(&folder.join("frozen/controller.json")).unwrap();
         let design = ControllerDesign::from_json(&frozen).unwrap();
         let manoeuvre = &inputs.design.manoeuvre;
         let flown = |depth| fly(&inputs.vehicle, &design, (depth, &Pitch::Free), manoeuvre).unwrap();

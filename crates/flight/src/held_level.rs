@@ -1,7 +1,7 @@
 //! The level flight that is held beside an axis of heading.
 
 use crate::error::Error;
-use auv::{Pitch, Speed, Trim, TrimError, Vehicle, trim_with};
+use squid_auv::{Pitch, Speed, Trim, TrimError, Vehicle, trim_with};
 use std::collections::BTreeMap;
 
 /// The level flight of a vehicle at the speed that is wanted.

@@ -1,8 +1,8 @@
 //! Metrics of a flight, as a control engineer reads them off a plot.
 
 use crate::flight::{Flight, Row};
-use auv::longitudinal::{DEPTH, SPEED};
 use serde::Serialize;
+use squid_auv::longitudinal::{DEPTH, SPEED};
 
 /// The band around the new reference, relative to the step, within which a response is settled.
 pub const SETTLED: f64 = 0.02;
@@ -46,7 +46,7 @@ impl StepFigures {
     };
 
     /// The metrics of a record with one step at `step_time` (s) of `height`, in the unit of the signal at a place in
-    /// [`auv::longitudinal::SIGNALS`].
+    /// [`squid_auv::longitudinal::SIGNALS`].
     pub fn of(rows: &[Row], place: usize, (step_time, height): (f64, f64), limits: &[(f64, f64)]) -> Self {
         let after: Vec<&Row> = rows.iter().filter(|r| r.time >= step_time).collect();
         if after.is_empty() {
@@ -108,7 +108,7 @@ pub struct FlightFigures {
 }
 
 impl FlightFigures {
-    /// The metrics of a record for the output at a place in [`auv::longitudinal::SIGNALS`]. `limits` are the minimum
+    /// The metrics of a record for the output at a place in [`squid_auv::longitudinal::SIGNALS`]. `limits` are the minimum
     /// and maximum of each command.
     #[must_use]
     pub fn of(rows: &[Row], place: usize, limits: &[(f64, f64)]) -> Self {
@@ -139,7 +139,7 @@ fn error(rows: &[Row], place: usize, steps: &[Step]) -> Option<f64> {
     errors.reduce(f64::max)
 }
 
-/// The RMS error of the signal at a place in [`auv::longitudinal::SIGNALS`], in its unit.
+/// The RMS error of the signal at a place in [`squid_auv::longitudinal::SIGNALS`], in its unit.
 pub fn rms(rows: &[Row], place: usize) -> f64 {
     (rows.iter().map(|row| row.error(place).powi(2)).sum::<f64>() / rows.len() as f64).sqrt()
 }
@@ -165,7 +165,7 @@ pub fn used_fraction(command: f64, low: f64, high: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::flight::Signals;
-    use auv::longitudinal::PITCH;
+    use squid_auv::longitudinal::PITCH;
 
     /// A flight at constant speed, from pitch and reference (rad) over time (s).
     fn flown(duration: f64, step: f64, at: impl Fn(f64) -> (f64, f64)) -> Vec<Row> {

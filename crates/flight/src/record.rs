@@ -2,9 +2,9 @@
 
 use crate::flight::{Flight, Row, SeaRow};
 use crate::whole::WholeFlight;
-use auv::longitudinal::SPEED;
-use auv::{Actuator, State};
-use scheduled::ControllerDesign;
+use squid_auv::longitudinal::SPEED;
+use squid_auv::{Actuator, State};
+use squid_scheduled::ControllerDesign;
 
 /// Time histories of the variables, SI; the heading in a CSV file is `name [unit]`, or `name` without a unit.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,9 +1,9 @@
 //! The environment of a flight: waves, current and sensor errors.
 
 use crate::error::Error;
-use auv::{Bottom, Current, Each, Surroundings, VIEWS, Vehicle, View, Water};
-use signals::Signal;
+use squid_auv::{Bottom, Current, Each, Surroundings, VIEWS, Vehicle, View, Water};
 use squid_sea::{GaussMarkov, Layers, Sensor, SensorErrors, Spectrum, Wandering, Waves};
+use squid_signals::Signal;
 use std::sync::Arc;
 
 /// The environment as its file describes it; nothing random is drawn yet.

@@ -1,9 +1,9 @@
 //! Reads a sea file (TOML); `vehicles/sea.toml` explains every key.
 
 use crate::sea::{Sea, WaveParameters, perfect, sensed};
-use auv::Bottom;
-use auv::number;
-use auv::toml_file::{Document, FileError, Table};
+use squid_auv::Bottom;
+use squid_auv::number;
+use squid_auv::toml_file::{Document, FileError, Table};
 use squid_sea::{Layers, SeaError, SensorErrors, Spectrum, Wandering, Waves};
 
 const SPECTRA: [&str; 2] = ["jonswap", "pierson-moskowitz"];
@@ -205,7 +205,11 @@ fn sensor(table: &Table<'_>) -> Option<(usize, SensorErrors)> {
     for (key, found) in [("noise", noise), ("bias", bias), ("quantum", quantum)] {
         if found.abs() * factor > LARGEST_ERROR {
             let most = LARGEST_ERROR / factor;
-            table.not_allowed(key, found.to_string(), format!("at most {} {}", auv::number(most), unit.name));
+            table.not_allowed(
+                key,
+                found.to_string(),
+                format!("at most {} {}", squid_auv::number(most), unit.name),
+            );
             return None;
         }
     }

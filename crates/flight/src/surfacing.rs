@@ -1,7 +1,7 @@
 //! The early end of a flight.
 
 use crate::sea::Conditions;
-use auv::State;
+use squid_auv::State;
 
 /// A vehicle farther than this above the surface \[m\] has left the water; less is rounding in a flight that starts at
 /// the surface.

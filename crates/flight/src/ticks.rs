@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::sea::Conditions;
 use crate::surfacing::{Surfacing, surfacing};
-use auv::{Current, Plant, State};
+use squid_auv::{Current, Plant, State};
 
 /// A vehicle under way, sampled.
 pub(crate) struct Ticks {

@@ -4,9 +4,9 @@ use crate::error::Error;
 use crate::flight::{Flight, Row, SeaRow, Signals, Variations, used};
 use crate::surfacing::Surfacing;
 use crate::ticks::{Tick, Ticks};
-use auv::longitudinal::SPEED;
-use auv::{Each, EachTracked, LONGITUDINAL, Pitch, Plant, Speed, State, VIEWS, Vehicle, trim_with};
-use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs};
+use squid_auv::longitudinal::SPEED;
+use squid_auv::{Each, EachTracked, LONGITUDINAL, Pitch, Plant, Speed, State, VIEWS, Vehicle, trim_with};
+use squid_scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs};
 
 /// A flight from trim to the end of its manoeuvre, or to the surface.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +39,7 @@ struct Axis {
 impl Axis {
     fn new(vehicle: &Vehicle, design: &ControllerDesign, ticks: usize) -> Result<Self, Error> {
         let place = |name: &String| vehicle.actuators.iter().position(|one| one.name == *name);
-        let known = |one: &scheduled::Actuator| {
+        let known = |one: &squid_scheduled::Actuator| {
             place(&one.name).ok_or_else(|| Error::NoSuchActuator { name: one.name.clone() })
         };
         let names = || design.signals.iter().map(|port| port.name.as_str());
@@ -124,7 +124,7 @@ pub fn fly_whole(
     let actuators = vehicle.outputs_of_plane(&plane, &level.actuators);
     let first = disturbance.map(|spell| spell.at(0.0)).unwrap_or_default();
     plant.set_current(first.current)?;
-    plant.start(0.0, &auv::Trim { actuators: actuators.clone(), ..level })?;
+    plant.start(0.0, &squid_auv::Trim { actuators: actuators.clone(), ..level })?;
     let start = plant.state();
     plant.set_state(&LONGITUDINAL.displaced(start, off_trim));
     let mut states = Vec::with_capacity(ticks);

@@ -2,11 +2,10 @@
 //! trim of the nominal vehicle.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use auv::longitudinal::PITCH;
-use auv::{Actuator, Trim, Vehicle, linearise};
-use base::progress::Progress;
 use nalgebra::DMatrix;
-use scheduled::{ControllerDesign, Manoeuvre};
+use squid_auv::longitudinal::PITCH;
+use squid_auv::{Actuator, Trim, Vehicle, linearise};
+use squid_base::progress::Progress;
 use squid_design::inputs::Inputs;
 use squid_design::run::run;
 use squid_design::store::load;
@@ -15,6 +14,7 @@ use squid_design::uncertain::model::Uncertain;
 use squid_design::uncertain::trim::retrim;
 use squid_flight::flight::{Variations, fly_varied};
 use squid_flight::metrics::StepFigures;
+use squid_scheduled::{ControllerDesign, Manoeuvre};
 use std::path::Path;
 
 /// Time of the step (s), when the transient from the nominal vehicle's trim has settled.

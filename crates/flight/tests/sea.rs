@@ -1,13 +1,13 @@
 //! Simulations of Squid's committed design at sea, with the size of its hull.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use auv::longitudinal::{PITCH, SPEED};
-use auv::{Geometry, Vehicle};
-use scheduled::{ControllerDesign, Manoeuvre};
+use squid_auv::longitudinal::{PITCH, SPEED};
+use squid_auv::{Geometry, Vehicle};
 use squid_design::inputs::Inputs;
 use squid_flight::error::Error;
 use squid_flight::flight::{Flight, Row, fly, fly_at_sea};
 use squid_flight::sea::Sea;
+use squid_scheduled::{ControllerDesign, Manoeuvre};
 use std::path::{Path, PathBuf};
 
 fn vehicles() -> PathBuf {
@@ -26,7 +26,7 @@ impl Squid {
         let folder = vehicles().join("squid");
         let mut inputs = Inputs::read(&folder, "design").unwrap();
         inputs.vehicle.geometry = Geometry::new(2.0, 0.25);
-        let frozen = base::files::read(&folder.join("frozen/controller.json")).unwrap();
+        let frozen = squid_base::files::read(&folder.join("frozen/controller.json")).unwrap();
         let design = ControllerDesign::from_json(&frozen).unwrap();
         let calm = inputs.design.manoeuvre.clone();
         let manoeuvre = Manoeuvre { speed_from: 1.5, speed_to: 1.5, duration: 30.0, step_time: 5.0, ..calm };
@@ -192,7 +192,7 @@ fn long_waves_carry_the_vehicle() {
     let water = (flight.sea.iter().map(|row| row.water.vertical.powi(2)).sum::<f64>()
         / flight.sea.len() as f64)
         .sqrt();
-    let heave = auv::longitudinal::place("heave").unwrap();
+    let heave = squid_auv::longitudinal::place("heave").unwrap();
     let mean = flight.rows.iter().map(|row| row.measured(heave)).sum::<f64>() / flight.rows.len() as f64;
     let through = rms(&flight.rows, |row| row.measured(heave) - mean);
     assert!(water > 0.04 && through < 0.1 * water, "{through} of {water}");

@@ -1,7 +1,7 @@
 //! From resources to model, description and GUID; packager and binary share this code, and the packager
 //! writes the XML.
 
-use model_description::{Capabilities, CoSimulation, Interfaces, ModelDescription, WriteError, guid};
+use squid_model_description::{Capabilities, CoSimulation, Interfaces, ModelDescription, WriteError, guid};
 
 use crate::log::Category;
 use crate::refusal::LoadError;

@@ -1,6 +1,6 @@
 //! Messages from the model to the importer.
 
-use model_description::LogCategory;
+use squid_model_description::LogCategory;
 
 /// Receives the messages of a model.
 pub trait Log {

@@ -1,6 +1,6 @@
 //! The interface of a model that becomes an FMU.
 
-use model_description::{DefaultExperiment, Enumeration};
+use squid_model_description::{DefaultExperiment, Enumeration};
 
 use crate::{Log, ResourceError, Resources, SavedState, StateError, Variable};
 

@@ -7,11 +7,11 @@
 //! change r of them by up to 20 %, each several at once. Two forces act on the two end masses, whose positions are
 //! measured with noise. The plant is well posed for every parameter value, moderately damped, and Dtt = 0.
 
-use lpv::error::SynthesisError;
-use lpv::matrix::Mat;
-use lpv::partition::Group::{T, U, W, X, Y, Z};
-use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::{Options, synthesise};
+use squid_lpv::error::SynthesisError;
+use squid_lpv::matrix::Mat;
+use squid_lpv::partition::Group::{T, U, W, X, Y, Z};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::synthesis::{Options, synthesise};
 use std::process::ExitCode;
 use std::time::Instant;
 

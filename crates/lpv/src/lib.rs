@@ -31,9 +31,9 @@
 //! in [1, 10], a weight on the tracking error and one on the control. Its least gamma is 1.788.
 //!
 //! ```
-//! use lpv::partition::Group::{T, U, W, X, Y, Z};
-//! use lpv::plant::GeneralisedPlant;
-//! use lpv::synthesis::{Options, synthesise};
+//! use squid_lpv::partition::Group::{T, U, W, X, Y, Z};
+//! use squid_lpv::plant::GeneralisedPlant;
+//! use squid_lpv::synthesis::{Options, synthesise};
 //! use nalgebra::dmatrix;
 //!
 //! let blocks = [

@@ -1,10 +1,10 @@
 //! An FMU as a file: its GUID and its files, read so that no importer unpacks anything else.
 
 use crate::error::{ArchiveError, Error};
-use base::files::read_bytes;
-use fmi2::Resources;
 use quick_xml::Reader;
 use quick_xml::events::Event;
+use squid_base::files::read_bytes;
+use squid_fmi2::Resources;
 use std::collections::{BTreeMap, HashSet};
 use std::io::{Cursor, Read};
 use std::path::Path;
@@ -30,7 +30,7 @@ impl FmuArchive {
     /// Reads an FMU.
     ///
     /// # Errors
-    /// [`Unreadable`](base::files::Error::Unreadable); [`Error::Archive`] when the zip is damaged or ambiguous.
+    /// [`Unreadable`](squid_base::files::Error::Unreadable); [`Error::Archive`] when the zip is damaged or ambiguous.
     pub fn read(path: &Path) -> Result<Self, Error> {
         Self::from_bytes(&read_bytes(path)?)
             .map_err(|reason| Error::Archive { path: path.display().to_string(), reason })

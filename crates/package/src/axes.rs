@@ -1,8 +1,8 @@
 //! The axes that are packed into one FMU.
 
-use scheduled::ControllerDesign;
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
+use squid_scheduled::ControllerDesign;
 
 /// The files of each axis, and its stored design, in the order of the design file.
 pub type Designs<'a> = &'a [(&'a Inputs, &'a Stored)];

@@ -1,14 +1,14 @@
 //! The controller as C: header and source, and beside them the design and the certificate that they are of.
 
 use crate::error::Error;
-use base::files::{Files, read};
-use certificate::Theorem;
-use fmi2::model_description::identifier;
-use scheduled::{ControllerDesign, DEFAULT_DESIGN};
+use squid_base::files::{Files, read};
+use squid_certificate::Theorem;
 use squid_design::certify::claims;
 use squid_design::inputs::{Inputs, sha256};
 use squid_design::store::Stored;
 use squid_embedded::{Real, Source, Standing, export, together};
+use squid_fmi2::model_description::identifier;
+use squid_scheduled::{ControllerDesign, DEFAULT_DESIGN};
 use std::path::{Path, PathBuf};
 
 /// The design beside a source.

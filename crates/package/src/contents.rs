@@ -5,12 +5,12 @@ use crate::c::{CERTIFICATE, CONTROLLER};
 use crate::fmu::{PAGE, attached};
 use crate::kind::Kind;
 use crate::platform::Platform;
-use base::files::read_bytes;
-use fmi2::INTERFACE_RESOURCE;
-use fmu_controller::of_axis;
-use model_description::ModelDescription;
-use scheduled::ControllerDesign;
+use squid_base::files::read_bytes;
 use squid_design::check::coupled::gain::CERTIFICATES;
+use squid_fmi2::INTERFACE_RESOURCE;
+use squid_fmu_controller::of_axis;
+use squid_model_description::ModelDescription;
+use squid_scheduled::ControllerDesign;
 use std::io;
 
 /// Names of the files of an FMU, compared with those that this squid packs.
@@ -73,7 +73,7 @@ impl Contents {
 /// not to be.
 fn is_verified(resource: &str, axes: usize) -> bool {
     let of_axes = (0..axes).flat_map(|axis| [CONTROLLER, CERTIFICATE].map(|name| of_axis(name, axis)));
-    let others = ["plant.json", "manoeuvre.json", fmu_plant::VEHICLE_RESOURCE, INTERFACE_RESOURCE];
+    let others = ["plant.json", "manoeuvre.json", squid_fmu_plant::VEHICLE_RESOURCE, INTERFACE_RESOURCE];
     of_axes.into_iter().any(|name| name == resource)
         || others.iter().chain(&CERTIFICATES).any(|name| *name == resource)
 }

@@ -2,17 +2,17 @@
 
 use crate::axes::{Designs, inputs};
 use crate::error::Error;
-use certificate::Certificate;
-use fmi2::Resources;
-use proof::claim::{parse, text};
-use proof::error::ProofError;
-use scheduled::ControllerDesign;
+use squid_certificate::Certificate;
 use squid_design::axis::several::level_and_heading;
 use squid_design::certify::verify::same_controller;
 use squid_design::check::coupled::gain::{CERTIFICATES, coupling, share_of, words};
 use squid_design::check::coupled::turn::Turning;
 use squid_design::inputs::Inputs;
 use squid_design::store::StoredCoupling;
+use squid_fmi2::Resources;
+use squid_proof::claim::{parse, text};
+use squid_proof::error::ProofError;
+use squid_scheduled::ControllerDesign;
 use std::path::Path;
 
 /// Bounds what turns couple of two certified designs, of pitch or depth and of heading, and proves it; nothing of

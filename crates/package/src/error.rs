@@ -2,8 +2,8 @@
 
 #![allow(missing_docs, reason = "the message says what each field is")]
 
-use proof::error::ProofError;
 use squid_design::error::{InputError, ModelError, StoreError};
+use squid_proof::error::ProofError;
 use thiserror::Error as ThisError;
 use zip::result::ZipError;
 
@@ -18,7 +18,7 @@ pub enum Error {
     UnknownPlatform { found: String, allowed: String },
     /// A frozen design gives no valid FMU.
     #[error(transparent)]
-    Describe(#[from] fmi2::DescribeError),
+    Describe(#[from] squid_fmi2::DescribeError),
     /// A shared library is missing.
     #[error("{library} is not in {places}; build it with `{how}`, or name its directory with --binaries")]
     NoBinary { library: String, how: String, places: String },
@@ -108,7 +108,7 @@ pub enum ArchiveError {
 }
 
 squid_design::from_design_errors! {
-    Error: InputError, ModelError, ProofError, StoreError, auv::FileError, auv::LpvModelError,
-        auv::VehicleJsonError, base::files::Error, certificate::Failure, scheduled::DesignError,
-        scheduled::ManoeuvreError
+    Error: InputError, ModelError, ProofError, StoreError, squid_auv::FileError, squid_auv::LpvModelError,
+        squid_auv::VehicleJsonError, squid_base::files::Error, squid_certificate::Failure, squid_scheduled::DesignError,
+        squid_scheduled::ManoeuvreError
 }

@@ -7,20 +7,20 @@ use crate::error::Error;
 use crate::kind::Kind;
 use crate::platform::Platform;
 use crate::terminals::terminals;
-use base::files::read_bytes;
-use certificate::Theorem;
-use fmi2::{Described, INTERFACE_RESOURCE, Model, Resources};
-use fmu_controller::of_axis;
-use model_description::{Interfaces, ModelDescription};
-use proof::error::ProofError;
-use scheduled::ControllerDesign;
+use squid_base::files::read_bytes;
+use squid_certificate::Theorem;
 use squid_design::axis::several;
 use squid_design::certify::claims::{self, Terms};
 use squid_design::check::coupled::gain::CERTIFICATES;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::above;
 use squid_design::store::Stored;
+use squid_fmi2::{Described, INTERFACE_RESOURCE, Model, Resources};
+use squid_fmu_controller::of_axis;
+use squid_model_description::{Interfaces, ModelDescription};
+use squid_proof::error::ProofError;
 use squid_report::rendered::Rendered;
+use squid_scheduled::ControllerDesign;
 use std::collections::BTreeMap;
 use std::io::{self, Cursor, Write};
 use std::path::{Path, PathBuf};
@@ -150,9 +150,9 @@ pub fn prepare(kind: Kind, designs: Designs<'_>, interfaces: Interfaces) -> Resu
         resources.insert("manoeuvre.json", manoeuvre.to_json()?);
     }
     match kind {
-        Kind::Plant => Ok(prepared(fmu_plant::describe(&resources)?, resources)),
-        Kind::Controller => Ok(prepared(fmu_controller::describe(&resources)?, resources)),
-        Kind::Squid => Ok(prepared(fmu_squid::describe(&resources)?, resources)),
+        Kind::Plant => Ok(prepared(squid_fmu_plant::describe(&resources)?, resources)),
+        Kind::Controller => Ok(prepared(squid_fmu_controller::describe(&resources)?, resources)),
+        Kind::Squid => Ok(prepared(squid_fmu_loop::describe(&resources)?, resources)),
     }
 }
 
@@ -286,11 +286,11 @@ fn bound(stored: &Stored) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use model_description::{Causality, ScalarVariable};
-    use scheduled::{ControllerInput, Gamma, Kind as Part, LftMatrices};
     use squid_design::fit::Model;
     use squid_design::store::freeze::frozen;
     use squid_design::store::load;
+    use squid_model_description::{Causality, ScalarVariable};
+    use squid_scheduled::{ControllerInput, Gamma, Kind as Part, LftMatrices};
 
     /// The committed design, whose controller measures more than its design file asks for.
     fn measuring(measured: &[(&str, &str)]) -> (Inputs, Stored) {
@@ -477,7 +477,7 @@ mod tests {
             .collect();
         let of = |one: &ScalarVariable| {
             let kind = match one.causality {
-                _ if matches!(one.kind, model_description::Kind::Enumeration { .. }) => return None,
+                _ if matches!(one.kind, squid_model_description::Kind::Enumeration { .. }) => return None,
                 Causality::Input => "input",
                 Causality::Output => "output",
                 Causality::Parameter => "parameter",

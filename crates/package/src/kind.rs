@@ -1,6 +1,6 @@
 //! The kinds of FMU.
 
-pub use model_description::Interfaces;
+pub use squid_model_description::Interfaces;
 
 /// The kinds of FMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,9 +26,9 @@ impl Kind {
     /// The crate that is its shared library.
     pub fn library(self) -> &'static str {
         match self {
-            Kind::Plant => "fmu-plant-library",
-            Kind::Controller => "fmu-controller-library",
-            Kind::Squid => "fmu-squid-library",
+            Kind::Plant => "squid-fmu-plant-library",
+            Kind::Controller => "squid-fmu-controller-library",
+            Kind::Squid => "squid-fmu-loop-library",
         }
     }
 }

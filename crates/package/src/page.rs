@@ -2,13 +2,13 @@
 
 use crate::fmu::documentation;
 use crate::kind::Kind;
-use base::progress::Progress;
-use certificate::Theorem;
-use scheduled::ControllerDesign;
+use squid_base::progress::Progress;
+use squid_certificate::Theorem;
 use squid_design::inputs::Inputs;
 use squid_design::store::{self, Stored, StoredCoupling};
 use squid_report::rendered::Rendered;
 use squid_report::report::brief;
+use squid_scheduled::ControllerDesign;
 use std::path::Path;
 
 /// Vehicle and design files to which something is compared.

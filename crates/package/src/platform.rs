@@ -164,7 +164,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let places =
             ["fmu", "x86_64-unknown-linux-gnu/fmu", "nowhere"].map(|place| folder.path().join(place));
-        let name = "libfmu_plant_library.so";
+        let name = "libsquid_fmu_plant_library.so";
         let [one, other] = [&places[0], &places[1]].map(|place| {
             std::fs::create_dir_all(place).unwrap();
             std::fs::File::create(place.join(name)).unwrap()
@@ -176,7 +176,7 @@ mod tests {
             other.set_modified(second).unwrap();
             assert_eq!(newest(&places, name), Some(expected.join(name)));
         }
-        assert_eq!(newest(&places, "libfmu_squid_library.so"), None);
+        assert_eq!(newest(&places, "libsquid_fmu_loop_library.so"), None);
     }
 
     #[test]
@@ -184,7 +184,10 @@ mod tests {
         let empty = tempfile::tempdir().unwrap();
         let [.., arm, _] = ALL;
         let message = arm.find(Kind::Squid, Some(empty.path())).unwrap_err().to_string();
-        assert!(message.contains("libfmu_squid_library.so is not in"), "{message}");
-        assert!(message.contains("-p fmu-squid-library --target aarch64-unknown-linux-gnu"), "{message}");
+        assert!(message.contains("libsquid_fmu_loop_library.so is not in"), "{message}");
+        assert!(
+            message.contains("-p squid-fmu-loop-library --target aarch64-unknown-linux-gnu"),
+            "{message}"
+        );
     }
 }

@@ -3,9 +3,9 @@
 //! of FMI 2.0 too.
 
 use crate::kind::Kind;
-use model_description::ModelDescription;
-use model_description::element::{NONE, Xml, document, leaf, parent};
-use scheduled::ControllerDesign;
+use squid_model_description::ModelDescription;
+use squid_model_description::element::{NONE, Xml, document, leaf, parent};
+use squid_scheduled::ControllerDesign;
 use std::io;
 
 /// What goes through the plug, in the order of the designs: measurements one way, commands the other.

@@ -11,13 +11,9 @@ use crate::coupling;
 use crate::error::Error;
 use crate::kind::Kind;
 use crate::page::{Given, page};
-use auv::LpvModel;
-use base::files::{self, read};
-use certificate::{Certificate, Theorem};
-use fmi2::Resources;
-use fmu_controller::of_axis;
-use proof::claim::parse;
-use scheduled::{ControllerDesign, Manoeuvre};
+use squid_auv::LpvModel;
+use squid_base::files::{self, read};
+use squid_certificate::{Certificate, Theorem};
 use squid_design::axis::several;
 use squid_design::certify::claims::{Terms, lines, unproved};
 use squid_design::certify::limits::{ClaimedStep, check_autopilot};
@@ -27,6 +23,10 @@ use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::store::{Stored, freeze};
 use squid_design::synthesise::robust::stored;
+use squid_fmi2::Resources;
+use squid_fmu_controller::of_axis;
+use squid_proof::claim::parse;
+use squid_scheduled::{ControllerDesign, Manoeuvre};
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -80,11 +80,11 @@ pub struct Verified {
 ///
 /// # Errors
 /// [`files::Error::Unreadable`], [`Error::Archive`], [`Error::NoCertificate`],
-/// [`ProofError::Certificate`](proof::error::ProofError::Certificate),
-/// [`ProofError::Mismatch`](proof::error::ProofError::Mismatch),
+/// [`ProofError::Certificate`](squid_proof::error::ProofError::Certificate),
+/// [`ProofError::Mismatch`](squid_proof::error::ProofError::Mismatch),
 /// [`CertifyError::NoResidual`](squid_design::error::CertifyError::NoResidual), [`Error::WrongGuid`],
 /// [`Error::NotOfInputs`], [`Error::OtherAxes`],
-/// [`ProofError::Unproved`](proof::error::ProofError::Unproved).
+/// [`ProofError::Unproved`](squid_proof::error::ProofError::Unproved).
 pub fn verify(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Error> {
     let name = path.display().to_string();
     let inputs = given.map(|given| given.inputs);
@@ -274,11 +274,13 @@ fn verify_fmu(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Err
     let axes = (1..).take_while(|axis| has(*axis)).count() + 1;
     let proved: Vec<Proved> =
         (0..axes).map(|axis| Proved::read(path, resources, axis)).collect::<Result<_, _>>()?;
-    let (kind, (guid, xml, description)) = match resources.text(fmu_plant::VEHICLE_RESOURCE) {
-        Ok(_) => (Kind::Squid, fmu_squid::describe(resources).map(|of| (of.guid, of.xml, of.description))?),
+    let (kind, (guid, xml, description)) = match resources.text(squid_fmu_plant::VEHICLE_RESOURCE) {
+        Ok(_) => {
+            (Kind::Squid, squid_fmu_loop::describe(resources).map(|of| (of.guid, of.xml, of.description))?)
+        }
         Err(_) => (
             Kind::Controller,
-            fmu_controller::describe(resources).map(|of| (of.guid, of.xml, of.description))?,
+            squid_fmu_controller::describe(resources).map(|of| (of.guid, of.xml, of.description))?,
         ),
     };
     if guid != archive.guid {
@@ -387,7 +389,7 @@ fn same_files(resources: &Resources, inputs: &[&Inputs]) -> Result<(), String> {
         return Ok(());
     };
     let texts = [
-        (fmu_plant::VEHICLE_RESOURCE, vehicle.to_json().map_err(|e| e.to_string())?),
+        (squid_fmu_plant::VEHICLE_RESOURCE, vehicle.to_json().map_err(|e| e.to_string())?),
         ("manoeuvre.json", manoeuvre.to_json().map_err(|e| e.to_string())?),
     ];
     match texts.iter().find(|(name, text)| resources.text(name).is_ok_and(|found| found != text)) {

@@ -5,23 +5,23 @@
 #[path = "../../fmi2/tests/flight/mod.rs"]
 mod flight;
 
-use auv::{Actuator, Effect, Status};
-use base::progress::Progress;
-use certificate::Certificate;
 use flight::Flight;
-use fmi2::Resources;
-use fmi2::model_description::Causality;
-use fmu_controller::{Controller, describe};
-use lpv::matrix::Mat;
-use proof::claim::{parse, text};
-use scheduled::{ControllerDesign, InputHashes};
-use signals::{Interface, LargestStep, Level, Reference, Signal, State, States, Unit};
+use squid_auv::{Actuator, Effect, Status};
+use squid_base::progress::Progress;
+use squid_certificate::Certificate;
 use squid_design::axis::{Linearisation, OperatingPoint, VehicleModel};
 use squid_design::error::ModelError;
 use squid_design::inputs::design_file::DesignFile;
 use squid_design::inputs::sha256;
 use squid_design::run::{FinishedAxis, run_axis};
 use squid_embedded::{Real, Standing, export};
+use squid_fmi2::Resources;
+use squid_fmi2::model_description::Causality;
+use squid_fmu_controller::{Controller, describe};
+use squid_lpv::matrix::Mat;
+use squid_proof::claim::{parse, text};
+use squid_scheduled::{ControllerDesign, InputHashes};
+use squid_signals::{Interface, LargestStep, Level, Reference, Signal, State, States, Unit};
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -229,7 +229,7 @@ fn squid() -> String {
 }
 
 fn alone() -> Resources {
-    [(fmu_controller::RESOURCE, frozen().to_json().unwrap())].into_iter().collect()
+    [(squid_fmu_controller::RESOURCE, frozen().to_json().unwrap())].into_iter().collect()
 }
 
 /// The longitudinal axis of Squid and this one in one FMU.

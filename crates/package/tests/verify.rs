@@ -1,10 +1,10 @@
 //! What is said of a finished FMU, with the files of its vehicle and without them.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use base::progress::Progress;
-use model_description::Interfaces;
+use squid_base::progress::Progress;
 use squid_design::inputs::Inputs;
 use squid_design::store::{Stored, load};
+use squid_model_description::Interfaces;
 use squid_package::error::Error;
 use squid_package::fmu::{Binaries, PAGE, pack, prepare};
 use squid_package::kind::Kind;

@@ -2,11 +2,11 @@
 //! constant speed.
 
 use crate::switched::Handover;
-use lpv::matrix::{Mat, block, eigenvalues, largest};
-use lpv::state_space::StateSpace;
 use nalgebra::DVector;
 use squid_design::axis::VehicleModel;
 use squid_design::check::sampled::{Interconnection, trapezoidal};
+use squid_lpv::matrix::{Mat, block, eigenvalues, largest};
+use squid_lpv::state_space::StateSpace;
 use squid_report::error::Error;
 use squid_report::subject::Subject;
 

@@ -1,7 +1,7 @@
 //! The claims on the weights of section 3B: peak of the sensitivity, tracking error.
 
 use crate::claims::{Claim, all_below};
-use lpv::matrix::largest;
+use squid_lpv::matrix::largest;
 use squid_report::sections::sensitivity::{Achieved, Both};
 use squid_report::subject::Subject;
 

@@ -1,10 +1,10 @@
 //! A flight under several controllers, of which the measured speed chooses one.
 
-use lpv::matrix::Mat;
-use lpv::state_space::StateSpace;
 use squid_design::check::sampled::trapezoidal;
 use squid_design::error::CertifyError;
 use squid_flight::flight::{Course, Demand, Row};
+use squid_lpv::matrix::Mat;
+use squid_lpv::state_space::StateSpace;
 use squid_report::error::Error;
 use squid_report::peers::law::{Law, RunningLaw, fly};
 use squid_report::subject::Subject;

@@ -3,12 +3,12 @@
 use crate::alternation::{Alternation, Loop, worst_alternation};
 use crate::claims::{AT_REST, Claim, Found, RampFigures, WORSE, switching_harms};
 use crate::switched::{Handover, fly_switched};
-use auv::longitudinal::{PITCH, SPEED};
-use lpv::error::SynthesisError;
-use lpv::state_space::StateSpace;
-use lpv::synthesis::Design;
+use squid_auv::longitudinal::{PITCH, SPEED};
 use squid_design::numbers::readable;
 use squid_flight::flight::{Row, fly};
+use squid_lpv::error::SynthesisError;
+use squid_lpv::state_space::StateSpace;
+use squid_lpv::synthesis::Design;
 use squid_report::error::Error;
 use squid_report::page::{Chart, Curve, Figure, Key, Part, Table, capital};
 use squid_report::subject::Subject;

@@ -3,10 +3,7 @@
 use crate::claims::{
     Claim, Found, LEAST_DAMPING, all_below, best, equivalent_damping, least, well_damped, worst,
 };
-use auv::longitudinal::PITCH;
-use lpv::matrix::largest;
-use lpv::synthesis::synthesise;
-use scheduled::ControllerDesign;
+use squid_auv::longitudinal::PITCH;
 use squid_design::augment::augment;
 use squid_design::certify::lft_matrices;
 use squid_design::inputs::Inputs;
@@ -14,11 +11,14 @@ use squid_design::numbers::above;
 use squid_design::synthesise::options;
 use squid_flight::flight::Row;
 use squid_flight::metrics::StepFigures;
+use squid_lpv::matrix::largest;
+use squid_lpv::synthesis::synthesise;
 use squid_report::error::Error;
 use squid_report::page::{Chart, Curve, Figure, Part, Table, known};
 use squid_report::sections::frozen_loop::FrozenLoop;
 use squid_report::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
 use squid_report::threads::in_parallel;
+use squid_scheduled::ControllerDesign;
 
 /// The bandwidths of Fig. 5 a, b and c (rad/s), and the one that the paper prefers.
 const TRIED: [(f64, &str); 3] = [(0.46, "a"), (0.1, "b"), (0.23, "c")];
@@ -336,7 +336,7 @@ mod tests {
     }
 
     /// The first signals; the others are 0.
-    fn signals_of(first: [f64; 2]) -> auv::Each<f64> {
+    fn signals_of(first: [f64; 2]) -> squid_auv::Each<f64> {
         std::array::from_fn(|place| first.get(place).copied().unwrap_or_default())
     }
 

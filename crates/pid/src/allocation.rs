@@ -3,9 +3,9 @@
 use crate::file::{Pid, Shares};
 use crate::gain::{Role, Unit, of_deflection, of_force, of_moment};
 use crate::refusal::not_allowed;
-use auv::Actuator;
-use auv::toml_file::FileError;
-use lpv::matrix::{Mat, pseudo_inverse};
+use squid_auv::Actuator;
+use squid_auv::toml_file::FileError;
+use squid_lpv::matrix::{Mat, pseudo_inverse};
 
 /// What a command is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

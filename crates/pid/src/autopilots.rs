@@ -11,7 +11,7 @@ mod mvp;
 mod source;
 
 use crate::file::Pid;
-use auv::toml_file::FileError;
+use squid_auv::toml_file::FileError;
 
 pub use form::{Export, Import, Imported, LeftOut, Missing};
 pub use source::Change;

@@ -1,8 +1,8 @@
 //! Reads the table `[controller]`.
 
 use crate::gain::{Given, HIGHEST, Law};
-use auv::toml_file::{Document, FileError, Table};
-use lpv::weights::ReferenceModel;
+use squid_auv::toml_file::{Document, FileError, Table};
+use squid_lpv::weights::ReferenceModel;
 
 /// A PID cascade as a file gives it.
 #[derive(Debug, Clone, PartialEq)]

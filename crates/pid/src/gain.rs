@@ -1,8 +1,8 @@
 //! A gain over speed: its units, and its polynomial in the scheduling parameter.
 
 use crate::refusal::refused;
-use auv::toml_file::{FileError, FileProblem};
-use lpv::matrix::{Mat, pseudo_inverse};
+use squid_auv::toml_file::{FileError, FileProblem};
+use squid_lpv::matrix::{Mat, pseudo_inverse};
 
 /// The highest power of rho.
 pub(crate) const HIGHEST: usize = 2;

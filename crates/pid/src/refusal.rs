@@ -1,6 +1,6 @@
 //! What is wrong with a controller, at its place in the file.
 
-use auv::toml_file::{FileError, FileProblem, Mistake};
+use squid_auv::toml_file::{FileError, FileProblem, Mistake};
 
 /// A file with one mistake.
 pub(crate) fn refused(file: &str, line: usize, problem: FileProblem) -> FileError {

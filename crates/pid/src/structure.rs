@@ -4,11 +4,11 @@ use crate::allocation::{Allocation, allocations};
 use crate::file::{Pid, TurnLoop};
 use crate::gain::{Given, Misfit, Role, Unit, of_pitch, value};
 use crate::refusal::not_allowed;
-use auv::Actuator;
-use auv::toml_file::FileError;
-use lpv::controller::Controller;
-use lpv::matrix::{Mat, pseudo_inverse};
-use lpv::weights::ReferenceModel;
+use squid_auv::Actuator;
+use squid_auv::toml_file::FileError;
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::{Mat, pseudo_inverse};
+use squid_lpv::weights::ReferenceModel;
 
 /// A signal of the controller's input y.
 #[derive(Debug, Clone, PartialEq)]
@@ -343,11 +343,11 @@ impl Builder<'_> {
         let wrong = rhos.map(|rho| (rho, value(&found, rho))).find(|(_, gain)| sign * gain <= 0.0);
         let Some((rho, gain)) = wrong else { return Ok(found) };
         let at = if found.len() > 1 {
-            format!(" at {} m/s", auv::rounded(centre + rho * half_range))
+            format!(" at {} m/s", squid_auv::rounded(centre + rho * half_range))
         } else {
             String::new()
         };
-        let found = format!("{} {}{at}", auv::rounded(gain), units[0].0);
+        let found = format!("{} {}{at}", squid_auv::rounded(gain), units[0].0);
         let integral = given.key.ends_with("ki");
         let side = if sign > 0.0 { "above 0" } else { "below 0, with this [controller.allocation]," };
         let words = match (gain == 0.0, integral) {

@@ -7,13 +7,13 @@
 //! PROBLEM.json is a problem file of `squid lpv synth`. With BALL the certificate also covers errors of `[A B2]` with
 //! a largest singular value up to BALL, at a gamma found by trial.
 
-use certificate::{Certificate, Claim, Gain, ModelError};
-use lpv::direct_path::synthesise;
-use lpv::matrix::{Mat, to_rows};
-use lpv::synthesis::Options;
-use proof::claim::{direct_path_rows, nominal};
+use squid_certificate::{Certificate, Claim, Gain, ModelError};
+use squid_lpv::direct_path::synthesise;
+use squid_lpv::matrix::{Mat, to_rows};
+use squid_lpv::synthesis::Options;
 use squid_problem::problem_file::{Problem, problem as read};
 use squid_problem::source::Source;
+use squid_proof::claim::{direct_path_rows, nominal};
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;

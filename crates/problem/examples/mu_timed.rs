@@ -4,9 +4,9 @@
 //! frequency with the perturbation. One JSON object is printed: `seconds`, `upper`, `lower` (of a system) and
 //! `intervals`.
 
-use lpv::mu::over_frequency::mu_over_frequency;
-use lpv::mu::upper::upper_bound;
 use serde_json::json;
+use squid_lpv::mu::over_frequency::mu_over_frequency;
+use squid_lpv::mu::upper::upper_bound;
 use squid_problem::mu_file::{MuProblem, Perturbed, mu_problem};
 use squid_problem::source::Source;
 use std::error::Error;

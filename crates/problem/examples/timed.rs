@@ -5,22 +5,25 @@
 //! problem of `squid lpv synth` or a certificate. The JSON object printed has the seconds of the least gamma and of the
 //! complete design, both gammas and, for a plant without parameters, the controller's matrices.
 
-use certificate::Certificate;
-use lpv::bounded_rate::{self, SlowOptions};
-use lpv::matrix::{Mat, from_rows, to_rows};
-use lpv::model_error::ModelError;
-use lpv::robust::constant::{ConstantLoop, Filters};
-use lpv::synthesis::{Options, ScalingClass, least_gamma, synthesise};
-use proof::claim::controller;
-use proof::same_plant::plant_with;
 use serde_json::{Value, json};
+use squid_certificate::Certificate;
+use squid_lpv::bounded_rate::{self, SlowOptions};
+use squid_lpv::matrix::{Mat, from_rows, to_rows};
+use squid_lpv::model_error::ModelError;
+use squid_lpv::robust::constant::{ConstantLoop, Filters};
+use squid_lpv::synthesis::{Options, ScalingClass, least_gamma, synthesise};
 use squid_problem::problem_file::problem;
 use squid_problem::source::Source;
+use squid_proof::claim::controller;
+use squid_proof::same_plant::plant_with;
 use std::error::Error;
 use std::time::Instant;
 
 /// The loop of a certificate, with the filters and errors of its claim about constant parameters.
-fn constant_loop(file: &Certificate, claim: &certificate::Constant) -> Result<ConstantLoop, Box<dyn Error>> {
+fn constant_loop(
+    file: &Certificate,
+    claim: &squid_certificate::Constant,
+) -> Result<ConstantLoop, Box<dyn Error>> {
     let plant = plant_with(&file.plant, &file.blocks, &file.blocks)?;
     let controller =
         controller(&file.controller_blocks, &file.controller).ok_or("the controller is ragged")?;

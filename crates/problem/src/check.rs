@@ -3,9 +3,9 @@
 use crate::error::Error;
 use crate::problem_file::{Problem, finished, problem as read_problem};
 use crate::source::Source;
-use certificate::Theorem;
-use proof::claim::{direct_path_rows, first_difference, parse, plant_rows};
-use proof::error::ProofError;
+use squid_certificate::Theorem;
+use squid_proof::claim::{direct_path_rows, first_difference, parse, plant_rows};
+use squid_proof::error::ProofError;
 
 /// Proves a certificate and checks that it is for the plant in a problem file.
 ///

@@ -2,14 +2,14 @@
 //!
 //! The bilinear transform keeps gains, Lyapunov matrices and scalings, so that those of the continuous-time loop are
 //! used for the discrete-time loop. The proof covers rounding in the transform, since it uses the discrete-time
-//! matrices. Source: `lpv::bilinear`.
+//! matrices. Source: `squid_lpv::bilinear`.
 
-use lpv::bilinear::Bilinear;
-use lpv::controller::Controller;
-use lpv::matrix::{Mat, block};
-use lpv::partition::Group::{T, U, W, Y, Z};
-use lpv::plant::GeneralisedPlant;
-use lpv::state_space::StateSpace;
+use squid_lpv::bilinear::Bilinear;
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::{Mat, block};
+use squid_lpv::partition::Group::{T, U, W, Y, Z};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::state_space::StateSpace;
 
 /// The error of a plant without a bilinear transform.
 pub const POLES_AT_BOTH_ENDS: &str =

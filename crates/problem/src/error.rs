@@ -1,7 +1,7 @@
 //! Errors of a problem.
 
-use base::files;
-use proof::error::ProofError;
+use squid_base::files;
+use squid_proof::error::ProofError;
 use thiserror::Error as ThisError;
 
 /// Why a problem could not be solved.
@@ -19,5 +19,5 @@ pub enum Error {
     Problem { file: String, reason: String },
     /// mu cannot be bounded.
     #[error("{file}: {reason}")]
-    Mu { file: String, reason: lpv::mu::sweep::SweepError },
+    Mu { file: String, reason: squid_lpv::mu::sweep::SweepError },
 }

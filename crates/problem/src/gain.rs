@@ -12,23 +12,23 @@ use crate::error::Error;
 use crate::problem_file::{self, Problem};
 use crate::source::Source;
 use crate::synth::symmetric;
-use base::files::Files;
-use base::numbers::{at_most, digits};
-use certificate::{Certificate, Claim, Theorem};
-use lpv::analysis::GainBound;
-use lpv::bounded_rate::finished;
-use lpv::controller::Controller;
-use lpv::direct_path::synthesise;
-use lpv::error::SynthesisError;
-use lpv::matrix::Mat;
-use lpv::mu::worst_case::{Perturbable, worst_case_gain};
-use lpv::mu::{Block, Structure};
-use lpv::partition::Group::{T, W, Z};
-use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::{Options, is_least};
-use proof::claim::{nominal, text, without_claims};
-use proof::rate::rate as at_rate;
 use serde::Serialize;
+use squid_base::files::Files;
+use squid_base::numbers::{at_most, digits};
+use squid_certificate::{Certificate, Claim, Theorem};
+use squid_lpv::analysis::GainBound;
+use squid_lpv::bounded_rate::finished;
+use squid_lpv::controller::Controller;
+use squid_lpv::direct_path::synthesise;
+use squid_lpv::error::SynthesisError;
+use squid_lpv::matrix::Mat;
+use squid_lpv::mu::worst_case::{Perturbable, worst_case_gain};
+use squid_lpv::mu::{Block, Structure};
+use squid_lpv::partition::Group::{T, W, Z};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::synthesis::{Options, is_least};
+use squid_proof::claim::{nominal, text, without_claims};
+use squid_proof::rate::rate as at_rate;
 use std::path::Path;
 use std::time::Instant;
 
@@ -190,7 +190,7 @@ impl Report {
     /// Writes `certificate.json` if there is a proof, else removes that of an earlier run.
     ///
     /// # Errors
-    /// [`files::Error`](base::files::Error).
+    /// [`files::Error`](squid_base::files::Error).
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let mut files = Files::default();
         let path = directory.join("certificate.json");

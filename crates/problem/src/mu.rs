@@ -3,16 +3,16 @@
 use crate::error::Error;
 use crate::mu_file::{MuProblem, Perturbed, mu_problem};
 use crate::source::Source;
-use base::numbers::digits;
-use lpv::bilinear::Bilinear;
-use lpv::mu::lower::{LowerBound, SINGULAR_RESIDUAL, lower_bound_below};
-use lpv::mu::over_frequency::{FrequencyMu, mu_over_frequency};
-use lpv::mu::sweep::{SweepError, response};
-use lpv::mu::upper::upper_bound;
-use lpv::mu::worst_case::{Perturbable, WorstCaseError, worst_case_gain};
-use lpv::mu::{CMat, Structure};
-use lpv::state_space::StateSpace;
 use serde::{Serialize, Serializer};
+use squid_base::numbers::digits;
+use squid_lpv::bilinear::Bilinear;
+use squid_lpv::mu::lower::{LowerBound, SINGULAR_RESIDUAL, lower_bound_below};
+use squid_lpv::mu::over_frequency::{FrequencyMu, mu_over_frequency};
+use squid_lpv::mu::sweep::{SweepError, response};
+use squid_lpv::mu::upper::upper_bound;
+use squid_lpv::mu::worst_case::{Perturbable, WorstCaseError, worst_case_gain};
+use squid_lpv::mu::{CMat, Structure};
+use squid_lpv::state_space::StateSpace;
 use std::time::Instant;
 
 /// The result, as `--json` prints it.

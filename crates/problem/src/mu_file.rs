@@ -20,11 +20,11 @@ use crate::error::Error;
 use crate::object::{Entry, Matrix, System, checked, object};
 use crate::problem_file::sample_time;
 use crate::source::Source;
-use lpv::bilinear::Bilinear;
-use lpv::mu::{CMat, Structure};
-use lpv::state_space::StateSpace;
 use nalgebra::Complex;
 use serde::Deserialize;
+use squid_lpv::bilinear::Bilinear;
+use squid_lpv::mu::{CMat, Structure};
+use squid_lpv::state_space::StateSpace;
 
 /// The perturbed matrix or system: `z = M w`, `w = Delta z`.
 #[derive(Debug, Clone, PartialEq)]

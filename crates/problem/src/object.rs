@@ -2,11 +2,11 @@
 
 use crate::error::Error;
 use crate::source::Source;
-use certificate::Rows;
-use lpv::error::ShapeError;
-use lpv::matrix::Mat;
-use lpv::state_space::StateSpace;
 use serde::Deserialize;
+use squid_certificate::Rows;
+use squid_lpv::error::ShapeError;
+use squid_lpv::matrix::Mat;
+use squid_lpv::state_space::StateSpace;
 
 /// Numbers above this overflow in the products of the matrix inequalities.
 const LARGEST: f64 = 1e100;
@@ -29,7 +29,7 @@ macro_rules! object {
         #[serde(deny_unknown_fields, default, expecting = "an object")]
         pub struct $name {
             $(#[doc = concat!("The key `", $key, "`.")]
-            #[serde(rename = $key, deserialize_with = "certificate::given")]
+            #[serde(rename = $key, deserialize_with = "squid_certificate::given")]
             pub $field: Option<$type>,)*
             $(#[serde(rename = $note)]
             $ignored: serde::de::IgnoredAny,)*

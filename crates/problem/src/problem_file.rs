@@ -8,7 +8,7 @@
 //! ```
 //!
 //! A certificate is also a problem file: its plant is read. Matrices are lists of rows; the partition is that of
-//! `lpv::plant`. Sizes follow from any matrix that has them: a plant without states has `"A": []`, and the numbers of
+//! `squid_lpv::plant`. Sizes follow from any matrix that has them: a plant without states has `"A": []`, and the numbers of
 //! inputs and outputs of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key may occur twice,
 //! and other keys are not allowed, except for comments: `kind`, `name`, `source`, `tests`, `expected`, `note`, `notes`,
 //! `right` and `unit`, and `convention`, `Bt_scale` and `G` of published cases.
@@ -25,14 +25,14 @@ use crate::discrete::{Discrete, POLES_AT_BOTH_ENDS};
 use crate::error::Error;
 use crate::object::{Given, Matrices, Matrix, Size, System, checked, object};
 use crate::source::Source;
-use certificate::from_json;
-use lpv::matrix::Mat;
-use lpv::partition::Group::{W, X, Z};
-use lpv::partition::{NamedBlock, PLANT, Sizes, names};
-use lpv::plant::GeneralisedPlant;
-use proof::claim::parse;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+use squid_certificate::from_json;
+use squid_lpv::matrix::Mat;
+use squid_lpv::partition::Group::{W, X, Z};
+use squid_lpv::partition::{NamedBlock, PLANT, Sizes, names};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_proof::claim::parse;
 
 /// A generalised plant in continuous time with a direct path from u to y, and the rate bound of its parameter.
 #[derive(Debug, Clone, PartialEq)]

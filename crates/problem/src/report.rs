@@ -1,12 +1,12 @@
 //! The report of `squid lpv synth`, on the terminal and in files.
 
 use crate::error::Error;
-use base::files::Files;
-use base::numbers::{at_least, at_most};
-use certificate::{Certificate, Controller, Theorem};
-use lpv::regularise::is_zero;
-use proof::claim::text;
 use serde::Serialize;
+use squid_base::files::Files;
+use squid_base::numbers::{at_least, at_most};
+use squid_certificate::{Certificate, Controller, Theorem};
+use squid_lpv::regularise::is_zero;
+use squid_proof::claim::text;
 use std::path::Path;
 
 /// The outcome of a synthesis.
@@ -191,7 +191,7 @@ impl Report {
     /// Writes `report.json`, and `controller.json` and `certificate.json` if there is a controller.
     ///
     /// # Errors
-    /// [`files::Error`](base::files::Error).
+    /// [`files::Error`](squid_base::files::Error).
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let mut files = Files::default();
         // Without a proof, files of an earlier run are removed.

@@ -12,10 +12,10 @@ use crate::error::Error;
 use crate::object::checked;
 use crate::problem_file::sampled_loop;
 use crate::source::Source;
-use base::numbers::digits;
-use lpv::analysis::{Exogenous, SampledGain, sampled_gain};
-use lpv::partition::Group::{U, Y};
 use serde::Serialize;
+use squid_base::numbers::digits;
+use squid_lpv::analysis::{Exogenous, SampledGain, sampled_gain};
+use squid_lpv::partition::Group::{U, Y};
 use std::time::Instant;
 
 /// The result, as `--json` prints it.

@@ -1,9 +1,9 @@
 //! A text with its name in messages.
 
 use crate::error::Error;
-use base::files;
-use certificate::{JsonError, from_json};
 use serde::de::DeserializeOwned;
+use squid_base::files;
+use squid_certificate::{JsonError, from_json};
 use std::fmt::Display;
 use std::path::Path;
 

@@ -5,17 +5,19 @@ use crate::problem_file;
 use crate::problem_file::Problem;
 use crate::report::{Report, Status};
 use crate::source::Source;
-use certificate::Certificate;
-use lpv::bounded_rate::SlowOptions;
-use lpv::direct_path::{self, synthesise};
-use lpv::error::SynthesisError;
-use lpv::parameter_grid::parameter_grid;
-use lpv::plant::GeneralisedPlant;
-use lpv::regularity::findings;
-use lpv::structured::{STARTS, Structure, tune};
-use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, is_least, least_gamma, multipliers};
-use proof::claim::{direct_path_rows, nominal, without_claims};
-use proof::rate::rate;
+use squid_certificate::Certificate;
+use squid_lpv::bounded_rate::SlowOptions;
+use squid_lpv::direct_path::{self, synthesise};
+use squid_lpv::error::SynthesisError;
+use squid_lpv::parameter_grid::parameter_grid;
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::regularity::findings;
+use squid_lpv::structured::{STARTS, Structure, tune};
+use squid_lpv::synthesis::{
+    Design, DualMultipliers, Options, ScalingClass, is_least, least_gamma, multipliers,
+};
+use squid_proof::claim::{direct_path_rows, nominal, without_claims};
+use squid_proof::rate::rate;
 use std::time::Instant;
 
 /// Solves the problem of a file.
@@ -124,7 +126,7 @@ fn at_any_rate(
 
 /// Designs and proves for a parameter with a bounded rate; where that search fails, for any rate.
 fn at_bounded_rate(problem: &Problem, slow: SlowOptions, options: Options, report: &mut Report) {
-    let found = match lpv::bounded_rate::synthesise(&problem.plant, slow) {
+    let found = match squid_lpv::bounded_rate::synthesise(&problem.plant, slow) {
         Ok(found) => found,
         Err(error) => {
             if let (SynthesisError::Numerical { .. }, found @ Ok(_)) =
@@ -240,7 +242,11 @@ const NOT_BACK: &str = "a controller was computed, but it has a mode that the bi
 /// The lower bound that the multipliers prove. `None` in discrete time, since the proof is for the continuous-time
 /// plant.
 fn proved_lower(problem: &Problem, multipliers: &[DualMultipliers]) -> Option<f64> {
-    if problem.discrete.is_none() { proof::claim::lower_bound(&problem.plant, multipliers) } else { None }
+    if problem.discrete.is_none() {
+        squid_proof::claim::lower_bound(&problem.plant, multipliers)
+    } else {
+        None
+    }
 }
 
 fn without_controller(problem: &Problem, options: Options, error: &SynthesisError, report: &mut Report) {

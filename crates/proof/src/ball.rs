@@ -3,13 +3,13 @@
 //!
 //! The error of `[A B1 B2]` of the plant with the fit is `L R(V) Q`. `R = [A B G x0'; 0 0 0 u0'](V) - [A B G x0'; 0 0 0
 //! u0'](rho)` is the residual of the fit, without G if there are no waves; L and Q give the place of the model in the
-//! plant ([`lpv::tracking::ModelPlace`]). The ball is the set of all `E Delta [F Fw Fu]` with `|Delta| <= 1`.
+//! plant ([`squid_lpv::tracking::ModelPlace`]). The ball is the set of all `E Delta [F Fw Fu]` with `|Delta| <= 1`.
 
 use crate::error::ProofError;
-use lpv::analysis::GainBound;
-use lpv::error::SynthesisError;
-use lpv::matrix::{Mat, block, from_rows, largest, largest_singular_value, pseudo_inverse, solve};
-use lpv::model_error::ModelError;
+use squid_lpv::analysis::GainBound;
+use squid_lpv::error::SynthesisError;
+use squid_lpv::matrix::{Mat, block, from_rows, largest, largest_singular_value, pseudo_inverse, solve};
+use squid_lpv::model_error::ModelError;
 
 /// Relative tolerance by which the recomputed residual may exceed the ball: rounding on another processor.
 const SAME_BALL: f64 = 1e-6;
@@ -114,7 +114,7 @@ impl ModelResidual {
     ///
     /// # Errors
     /// [`ProofError::Ball`] when the ball is too small, or has the wrong shape.
-    pub fn check(&self, ball: &certificate::ModelError, held: Option<usize>) -> Result<(), ProofError> {
+    pub fn check(&self, ball: &squid_certificate::ModelError, held: Option<usize>) -> Result<(), ProofError> {
         let Self { left, right, residuals, states, scales } = self;
         let shapeless = || ProofError::Ball { reach: None };
         let (n, m) = (left.nrows(), scales.len());
@@ -151,7 +151,12 @@ impl ModelResidual {
 }
 
 /// `E`, `F`, `Fw` and `Fu` of a certificate for n states, w inputs and m commands; `None` if they are ragged.
-pub(crate) fn ball_of(ball: &certificate::ModelError, n: usize, w: usize, m: usize) -> Option<ModelError> {
+pub(crate) fn ball_of(
+    ball: &squid_certificate::ModelError,
+    n: usize,
+    w: usize,
+    m: usize,
+) -> Option<ModelError> {
     let columns = ball.e.first().map_or(0, Vec::len);
     let [e, f, fw, fu] = [(&ball.e, columns), (&ball.f, n), (&ball.fw, w), (&ball.fu, m)]
         .map(|(rows, columns)| from_rows(rows, columns));

@@ -3,17 +3,17 @@
 
 use crate::error::ProofError;
 use crate::rate::{rate, with_error};
-use certificate::{
+use squid_certificate::{
     Certificate, Claim, Controller as ControllerRows, Gain, Multipliers, Plant, Rows, Theorem,
 };
-use lpv::analysis::GainBound;
-use lpv::analysis::bounded_gain::with_raised_gamma;
-use lpv::controller::Controller;
-use lpv::matrix::{Mat, from_rows, to_rows};
-use lpv::model_error::{LoopError, ModelError};
-use lpv::partition::{self, CONTROLLER, NamedBlock, Names, Partitioned};
-use lpv::plant::{ClosedLoop, GeneralisedPlant};
-use lpv::synthesis::{Design, DualMultipliers};
+use squid_lpv::analysis::GainBound;
+use squid_lpv::analysis::bounded_gain::with_raised_gamma;
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::{Mat, from_rows, to_rows};
+use squid_lpv::model_error::{LoopError, ModelError};
+use squid_lpv::partition::{self, CONTROLLER, NamedBlock, Names, Partitioned};
+use squid_lpv::plant::{ClosedLoop, GeneralisedPlant};
+use squid_lpv::synthesis::{Design, DualMultipliers};
 use std::path::Path;
 
 /// A certificate and what it proves.
@@ -68,7 +68,7 @@ pub fn with_model_error(
 ) -> Result<Proof, ProofError> {
     let proved = |covered: &GainBound| -> Result<Proof, ProofError> {
         let mut certificate = nominal(plant, &design.controller, &design.certified);
-        certificate.errors = vec![certificate::ModelError {
+        certificate.errors = vec![squid_certificate::ModelError {
             e: to_rows(&error.e),
             f: to_rows(&error.f),
             fw: to_rows(&error.fw),
@@ -98,7 +98,7 @@ pub fn lower_bound(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) ->
             dual: to_rows(&m.dual),
             coupling: (to_rows(&m.coupling.0), to_rows(&m.coupling.1)),
         };
-        certificate::lower_bound(&rows, &guess)
+        squid_certificate::lower_bound(&rows, &guess)
     })
 }
 

@@ -1,13 +1,13 @@
-//! The gain for constant values of parameters as a certificate. See [`lpv::robust::constant`] for the inequality.
+//! The gain for constant values of parameters as a certificate. See [`squid_lpv::robust::constant`] for the inequality.
 
 use crate::claim::without_claims;
 use crate::error::ProofError;
-use certificate::{Certificate, Claim, Constant, Filter};
-use lpv::controller::Controller;
-use lpv::matrix::{from_rows, to_rows};
-use lpv::model_error::ModelError;
-use lpv::plant::GeneralisedPlant;
-use lpv::robust::constant::{ConstantBound, Filters};
+use squid_certificate::{Certificate, Claim, Constant, Filter};
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::{from_rows, to_rows};
+use squid_lpv::model_error::ModelError;
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::robust::constant::{ConstantBound, Filters};
 
 /// Relative tolerance of the balls of a certificate against those computed again: rounding on another processor.
 const SAME_BALL: f64 = 1e-6;
@@ -25,7 +25,7 @@ pub fn certificate(
             |f: &Filters| f.poles.iter().map(|&pole| Filter { parameter, pole, rate: f.rate }).collect();
         of.as_ref().map(each).unwrap_or_default()
     };
-    let error = |ball: &ModelError| certificate::ModelError {
+    let error = |ball: &ModelError| squid_certificate::ModelError {
         e: to_rows(&ball.e),
         f: to_rows(&ball.f),
         fw: vec![],
@@ -52,7 +52,7 @@ pub fn certificate(
 /// # Errors
 /// [`ProofError::WrongPlant`].
 pub fn check_balls(certificate: &Certificate, balls: &[ModelError]) -> Result<(), ProofError> {
-    let same = |(ball, found): (&ModelError, &certificate::ModelError)| {
+    let same = |(ball, found): (&ModelError, &squid_certificate::ModelError)| {
         let pairs = [(&ball.e, &found.e), (&ball.f, &found.f), (&ball.fu, &found.fu)];
         let without_w = found.fw.iter().flatten().all(|entry| *entry == 0.0);
         without_w

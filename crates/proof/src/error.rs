@@ -8,10 +8,10 @@ use thiserror::Error;
 pub enum ProofError {
     /// A certificate does not prove its claim.
     #[error(transparent)]
-    Unproved(#[from] certificate::Failure),
+    Unproved(#[from] squid_certificate::Failure),
     /// A certificate cannot be read.
     #[error("{file}: {reason}")]
-    Certificate { file: String, reason: certificate::Failure },
+    Certificate { file: String, reason: squid_certificate::Failure },
     /// The certificate belongs to another controller.
     #[error("the certificate does not belong to this controller: {what} differs")]
     Mismatch { what: String },
@@ -29,11 +29,11 @@ pub enum ProofError {
     Ball { reach: Option<f64> },
     /// No bound was found.
     #[error(transparent)]
-    Synthesis(#[from] lpv::error::SynthesisError),
+    Synthesis(#[from] squid_lpv::error::SynthesisError),
     /// The matrices of a certificate do not form a plant.
     #[error(transparent)]
-    Shape(#[from] lpv::error::ShapeError),
+    Shape(#[from] squid_lpv::error::ShapeError),
     /// A plant has no value at some parameter.
     #[error(transparent)]
-    Lft(#[from] lpv::error::LftError),
+    Lft(#[from] squid_lpv::error::LftError),
 }

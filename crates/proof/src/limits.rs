@@ -4,13 +4,13 @@
 use crate::ball::ball_of;
 use crate::claim::Proof;
 use crate::error::ProofError;
-use certificate::{Claim, Limits, Rows};
-use lpv::anti_windup::region::{Gain, Limited, Region, every_step, largest_step};
-use lpv::controller::Controller;
-use lpv::error::SynthesisError;
-use lpv::matrix::{Mat, from_rows, to_rows};
-use lpv::model_error::ModelError;
-use lpv::plant::GeneralisedPlant;
+use squid_certificate::{Claim, Limits, Rows};
+use squid_lpv::anti_windup::region::{Gain, Limited, Region, every_step, largest_step};
+use squid_lpv::controller::Controller;
+use squid_lpv::error::SynthesisError;
+use squid_lpv::matrix::{Mat, from_rows, to_rows};
+use squid_lpv::model_error::ModelError;
+use squid_lpv::plant::GeneralisedPlant;
 use std::collections::BTreeMap;
 
 /// The wanted step, and the limits of the loop.

@@ -2,12 +2,12 @@
 //! the ball of models around it.
 
 use crate::error::ProofError;
-use certificate::{Claim, Rate};
-use lpv::bounded_rate::{Claim as Attempt, SlowBound, covering, intervals};
-use lpv::error::SynthesisError;
-use lpv::matrix::to_rows;
-use lpv::model_error::LoopError;
-use lpv::plant::ClosedLoop;
+use squid_certificate::{Claim, Rate};
+use squid_lpv::bounded_rate::{Claim as Attempt, SlowBound, covering, intervals};
+use squid_lpv::error::SynthesisError;
+use squid_lpv::matrix::to_rows;
+use squid_lpv::model_error::LoopError;
+use squid_lpv::plant::ClosedLoop;
 
 /// Tried in turn: factors on the gamma of the fit for the ball, and on the multiplier of Delta found for arbitrarily
 /// fast speed.

@@ -6,11 +6,11 @@
 
 use crate::claim::blocks_of;
 use crate::error::ProofError;
-use certificate::Plant;
-use lpv::matrix::{Mat, eigenvalues, from_rows, largest};
-use lpv::partition::{Group, PLANT, names};
-use lpv::plant::GeneralisedPlant;
-use lpv::robust::UncertainPlant;
+use squid_certificate::Plant;
+use squid_lpv::matrix::{Mat, eigenvalues, from_rows, largest};
+use squid_lpv::partition::{Group, PLANT, names};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::robust::UncertainPlant;
 
 /// Relative tolerance of the plant of a certificate against the recomputed one: rounding on another processor.
 const SAME_PLANT: f64 = 1e-8;

@@ -3,19 +3,19 @@
 use crate::claim::{Proof, direct_path_rows, nominal};
 use crate::error::ProofError;
 use crate::same_plant;
-use certificate::{Certificate, Plant};
-use lpv::analysis::bounded_gain::{balanced_start, bounded_gain};
-use lpv::analysis::{AtTicks, GainBound, given_loop};
-use lpv::controller::Controller;
-use lpv::direct_path::around;
-use lpv::error::SynthesisError;
-use lpv::model_error::LoopError;
-use lpv::plant::ClosedLoop;
+use squid_certificate::{Certificate, Plant};
+use squid_lpv::analysis::bounded_gain::{balanced_start, bounded_gain};
+use squid_lpv::analysis::{AtTicks, GainBound, given_loop};
+use squid_lpv::controller::Controller;
+use squid_lpv::direct_path::around;
+use squid_lpv::error::SynthesisError;
+use squid_lpv::model_error::LoopError;
+use squid_lpv::plant::ClosedLoop;
 
 const STAGE: &str = "analysis of the sampled loop";
 
 /// Bounds the gain of the loop of a sampled plant and a controller, starting from a bound in continuous time if that is
-/// near, and proves it. See [`lpv::analysis::at_ticks`].
+/// near, and proves it. See [`squid_lpv::analysis::at_ticks`].
 ///
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`ProofError::Synthesis`] when no bound is found.

@@ -1,10 +1,10 @@
 //! Errors as Python's exceptions, of three kinds: see `squid_lpv/errors.py`.
 
-use lpv::error::SynthesisError;
-use proof::error::ProofError;
 use pyo3::{PyErr, import_exception};
 use squid_design::error::Error as DesignError;
+use squid_lpv::error::SynthesisError;
 use squid_problem::error::Error as ProblemError;
+use squid_proof::error::ProofError;
 
 import_exception!(squid_lpv.errors, InfeasibleError);
 import_exception!(squid_lpv.errors, InputError);
@@ -32,7 +32,7 @@ pub fn of_synthesis(reason: &SynthesisError, words: String) -> PyErr {
 
 /// What a problem of any plant failed for.
 pub fn of_problem(error: &ProblemError) -> PyErr {
-    use lpv::mu::sweep::SweepError;
+    use squid_lpv::mu::sweep::SweepError;
     let words = error.to_string();
     match error {
         ProblemError::Mu { reason: SweepError::Stuck { .. }, .. } => NumericalError::new_err(words),

@@ -1,11 +1,11 @@
 //! Long work beside Python: without its lock, with progress, and ended by Ctrl-C.
 
-use base::progress::{Event, Progress};
-use lpv::stop::{Stop, Stopped};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::types::PyAnyMethods;
 use pyo3::{Py, PyAny, PyErr, PyResult, Python};
 use rayon::ThreadPoolBuilder;
+use squid_base::progress::{Event, Progress};
+use squid_lpv::stop::{Stop, Stopped};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::Result as Outcome;

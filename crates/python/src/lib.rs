@@ -24,7 +24,7 @@ mod core {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        lpv::lmi::keep_caught_panics_quiet();
+        squid_lpv::lmi::keep_caught_panics_quiet();
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -2,12 +2,12 @@
 
 use crate::failure::{InputError, of_problem};
 use crate::job;
-use lpv::bilinear::Bilinear;
-use lpv::matrix::{Mat, from_rows};
-use lpv::state_space::StateSpace;
-use lpv::synthesis::Options;
 use pyo3::{Py, PyAny, PyErr, PyResult, Python, pyfunction};
 use serde_json::json;
+use squid_lpv::bilinear::Bilinear;
+use squid_lpv::matrix::{Mat, from_rows};
+use squid_lpv::state_space::StateSpace;
+use squid_lpv::synthesis::Options;
 use squid_problem::discrete::POLES_AT_BOTH_ENDS;
 use squid_problem::source::Source;
 
@@ -103,7 +103,7 @@ fn text(value: &impl serde::Serialize) -> PyResult<String> {
     serde_json::to_string(value).map_err(|reason| InputError::new_err(reason.to_string()))
 }
 
-fn certificate(of: Option<&certificate::Certificate>) -> PyResult<Option<String>> {
-    let written = of.map(certificate::Certificate::to_json).transpose();
+fn certificate(of: Option<&squid_certificate::Certificate>) -> PyResult<Option<String>> {
+    let written = of.map(squid_certificate::Certificate::to_json).transpose();
     written.map_err(|reason| -> PyErr { InputError::new_err(reason.to_string()) })
 }

@@ -2,14 +2,14 @@
 
 use crate::failure::{InputError, NumericalError, of_problem, of_synthesis};
 use crate::job;
-use lpv::controller::Controller;
-use lpv::h2;
-use lpv::matrix::{Mat, from_rows, to_rows};
-use lpv::mixed_sensitivity::{self, Weights};
-use lpv::mu::Structure;
-use lpv::mu::synthesis::{MuOptions, MuSynthesisError};
-use lpv::state_space::StateSpace;
 use pyo3::{Py, PyAny, PyResult, Python, pyfunction};
+use squid_lpv::controller::Controller;
+use squid_lpv::h2;
+use squid_lpv::matrix::{Mat, from_rows, to_rows};
+use squid_lpv::mixed_sensitivity::{self, Weights};
+use squid_lpv::mu::Structure;
+use squid_lpv::mu::synthesis::{MuOptions, MuSynthesisError};
+use squid_lpv::state_space::StateSpace;
 use squid_problem::problem_file::{Problem, problem};
 use squid_problem::source::Source;
 
@@ -71,7 +71,7 @@ pub fn musyn(
     let options = MuOptions { iterations, order, ..MuOptions::default() };
     let found = job::run(python, progress, move |progress| {
         let _running = progress.begin("musyn", "iterating between controller and scalings");
-        lpv::mu::synthesis::musyn(&plant, &d22, &structure, options)
+        squid_lpv::mu::synthesis::musyn(&plant, &d22, &structure, options)
     })?;
     let found = found.map_err(|error| match &error {
         MuSynthesisError::Synthesis(reason) => of_synthesis(reason, error.to_string()),

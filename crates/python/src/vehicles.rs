@@ -3,7 +3,6 @@
 use crate::failure::{InputError, NumericalError, of_design};
 use crate::job;
 use pyo3::{Py, PyAny, PyErr, PyResult, Python, pyclass, pymethods};
-use scheduled::{ControllerDesign, Manoeuvre};
 use squid_design::inputs::Inputs;
 use squid_design::linearise::to_json;
 use squid_design::run::run_with;
@@ -13,6 +12,7 @@ use squid_flight::flight::{Variations, fly, fly_at_sea};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
 use squid_flight::whole::fly_whole;
+use squid_scheduled::{ControllerDesign, Manoeuvre};
 use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -2,7 +2,7 @@
 //! table for each vehicle, with more flights than the report.
 #![allow(clippy::print_stdout)]
 
-use base::progress::{Event, Progress};
+use squid_base::progress::{Event, Progress};
 use squid_design::inputs::Inputs;
 use squid_design::run::run;
 use squid_design::store::Stored;

@@ -1,7 +1,7 @@
 //! Errors of a report.
 
-use proof::error::ProofError;
 use squid_design::error::{CertifyError, ModelError, StoreError};
+use squid_proof::error::ProofError;
 use thiserror::Error as ThisError;
 
 /// Why a report, or a section of it, could not be made.
@@ -38,7 +38,7 @@ pub enum Error {
 }
 
 squid_design::from_design_errors! {
-    Error: CertifyError, ModelError, ProofError, StoreError, auv::LpvModelError, base::files::Error,
-        lpv::error::FitError, lpv::error::LftError, lpv::error::SynthesisError, lpv::ladder::LadderError,
-        scheduled::DesignError, scheduled::ManoeuvreError
+    Error: CertifyError, ModelError, ProofError, StoreError, squid_auv::LpvModelError, squid_base::files::Error,
+        squid_lpv::error::FitError, squid_lpv::error::LftError, squid_lpv::error::SynthesisError, squid_lpv::ladder::LadderError,
+        squid_scheduled::DesignError, squid_scheduled::ManoeuvreError
 }

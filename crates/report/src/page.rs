@@ -12,12 +12,12 @@ mod thin;
 mod words;
 
 pub use axis::{Axis, Scale, extent};
-pub use base::numbers::{known, percent, tidy};
 pub use chart::{Chart, Curve, SMALL, Size, WIDE};
 pub use diagram::Diagram;
 pub use figure::{FONT, Figure, STYLE};
 pub use key::{Key, WIDTH};
 pub use plot::{Kind, Line, Panel, draw};
 pub use section::{Boxed, Part, Section, Table};
+pub use squid_base::numbers::{known, percent, tidy};
 pub(crate) use thin::thin;
 pub use words::{capital, escaped};

@@ -131,7 +131,7 @@ fn words(subject: &Subject) -> String {
             within a tenth of the step at the end; overshoot is the worst of those. Rows closer than {:.0} % are \
             drawn, those without outcome are not compared.",
         subject.wanted_speed(),
-        auv::rounded(subject.stored.manoeuvre.step("pitch").to_degrees()),
+        squid_auv::rounded(subject.stored.manoeuvre.step("pitch").to_degrees()),
         100.0 * DRAW
     )
 }
@@ -230,7 +230,7 @@ pub(crate) mod tests {
     #[test]
     fn running_laws_equal_their_frozen_systems() {
         let (inputs, stored) = squid();
-        let progress = base::progress::Progress::default();
+        let progress = squid_base::progress::Progress::default();
         let mut subject = Subject::new(&inputs, &stored, &progress).unwrap();
         // Two neighbours are enough for a blend.
         subject.speeds = vec![subject.speeds[0], subject.speeds[5]];
@@ -242,13 +242,13 @@ pub(crate) mod tests {
         let speed = 1.3;
         for law in [&pid as &dyn Law, &blended] {
             let k = law.frozen(speed).unwrap();
-            let (mut tick, mut x) = (law.start().unwrap(), lpv::matrix::Mat::zeros(k.a.nrows(), 1));
+            let (mut tick, mut x) = (law.start().unwrap(), squid_lpv::matrix::Mat::zeros(k.a.nrows(), 1));
             let limits = vec![(f64::NEG_INFINITY, f64::INFINITY); 3];
             for step in 0..50 {
                 let y: Vec<f64> =
                     (0..5).map(|i| (0.3 * f64::from(step) + 1.7 * f64::from(i)).sin()).collect();
                 let u = tick(speed, &y, &limits);
-                let y = lpv::matrix::Mat::from_column_slice(5, 1, &y);
+                let y = squid_lpv::matrix::Mat::from_column_slice(5, 1, &y);
                 let expected = &k.c * &x + &k.d * &y;
                 x = &k.a * &x + &k.b * &y;
                 for (found, expected) in u.iter().zip(expected.iter()) {
@@ -267,14 +267,14 @@ pub(crate) mod tests {
     fn a_law_has_the_delay_of_the_autopilot() {
         struct Frozen<'a>(&'a Subject<'a>);
         impl Law for Frozen<'_> {
-            fn frozen(&self, speed: f64) -> Option<lpv::state_space::StateSpace> {
+            fn frozen(&self, speed: f64) -> Option<squid_lpv::state_space::StateSpace> {
                 Scheduled(self.0).frozen(speed)
             }
             fn start(&self) -> Option<law::RunningLaw<'_>> {
                 let k = self.frozen(self.0.speeds[2])?;
-                let mut x = lpv::matrix::Mat::zeros(k.a.nrows(), 1);
+                let mut x = squid_lpv::matrix::Mat::zeros(k.a.nrows(), 1);
                 Some(Box::new(move |_, y, _| {
-                    let y = lpv::matrix::Mat::from_column_slice(y.len(), 1, y);
+                    let y = squid_lpv::matrix::Mat::from_column_slice(y.len(), 1, y);
                     let u = &k.c * &x + &k.d * &y;
                     x = &k.a * &x + &k.b * &y;
                     u.as_slice().to_vec()
@@ -284,12 +284,15 @@ pub(crate) mod tests {
         let (inputs, mut stored) = squid();
         for delay in [0, 3] {
             stored.controller.delay_ticks = delay;
-            let progress = base::progress::Progress::default();
+            let progress = squid_base::progress::Progress::default();
             let subject = Subject::new(&inputs, &stored, &progress).unwrap();
             let fly = |law: &dyn Law| {
                 let demand = |time: f64| squid_flight::flight::Demand {
                     speed: subject.speeds[2],
-                    above_trim: auv::only(auv::longitudinal::PITCH, if time < 1.0 { 0.0 } else { 0.01 }),
+                    above_trim: squid_auv::only(
+                        squid_auv::longitudinal::PITCH,
+                        if time < 1.0 { 0.0 } else { 0.01 },
+                    ),
                     disturbance: squid_flight::flight::Disturbance::default(),
                 };
                 let course = squid_flight::flight::Course { duration: 6.0, demand };
@@ -307,7 +310,7 @@ pub(crate) mod tests {
     #[test]
     fn the_integrals_stop_at_a_limit() {
         let (inputs, stored) = squid();
-        let progress = base::progress::Progress::default();
+        let progress = squid_base::progress::Progress::default();
         let subject = Subject::new(&inputs, &stored, &progress).unwrap();
         let gains = pid::Gains { pitch: [0.0, 1.0, 0.0], weight: 1.0, speed: [0.0, 1.0] };
         let pid = pid::Pid::new(&subject, &[(&subject.truth[2], gains)]).unwrap();
@@ -328,7 +331,7 @@ pub(crate) mod tests {
     #[test]
     fn the_tuned_pid_is_no_sharper_and_no_rougher() {
         let (inputs, stored) = squid();
-        let progress = base::progress::Progress::default();
+        let progress = squid_base::progress::Progress::default();
         let subject = Subject::new(&inputs, &stored, &progress).unwrap();
         let speed = subject.truth[3].trim.speed;
         let pid = tuned(&subject, &[speed], 25).unwrap().unwrap();

@@ -1,7 +1,7 @@
 //! The plot of a record.
 
 use crate::page::{Kind, Line, Panel};
-use auv::Actuator;
+use squid_auv::Actuator;
 use squid_flight::record::Record;
 
 /// Pitch, heading, roll, speed, commands and depth over time, as far as they are recorded. Commands are shown as

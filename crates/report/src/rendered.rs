@@ -3,10 +3,10 @@
 use crate::error::Error;
 use crate::page::html;
 use crate::report::Report;
-use base::files::Files;
-use base::progress::Progress;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use squid_base::files::Files;
+use squid_base::progress::Progress;
 use squid_design::inputs::{Inputs, sha256};
 use squid_design::store::Stored;
 use std::fmt::Debug;
@@ -62,7 +62,7 @@ impl Rendered {
     /// of the page.
     ///
     /// # Errors
-    /// [`files::Error`](base::files::Error).
+    /// [`files::Error`](squid_base::files::Error).
     pub fn save(&self, inputs: &Inputs, directory: &Path) -> Result<PathBuf, Error> {
         let mut files = Files::default();
         for (name, figure) in &self.figures {
@@ -80,7 +80,7 @@ impl Rendered {
 /// computed by `make` and stored there.
 ///
 /// # Errors
-/// The errors of `make`; [`files::Error`](base::files::Error).
+/// The errors of `make`; [`files::Error`](squid_base::files::Error).
 pub fn rendered(
     inputs: &Inputs,
     stored: &Stored,

@@ -9,9 +9,9 @@ use crate::sections::{
 };
 use crate::subject::{Subject, name};
 use crate::threads::in_parallel;
-use auv::Status;
-use base::progress::Progress;
-use certificate::Theorem;
+use squid_auv::Status;
+use squid_base::progress::Progress;
+use squid_certificate::Theorem;
 use squid_design::inputs::{Inputs, sha256};
 use squid_design::store::Stored;
 use std::time::Instant;

@@ -4,9 +4,8 @@ use crate::error::Error;
 use crate::page::{Kind, Line, Panel, capital, draw, extent, known, tidy};
 use crate::record::panels;
 use crate::subject::{FLOWN, Step, shown};
-use auv::longitudinal::SPEED;
-use base::files::Files;
-use scheduled::Manoeuvre;
+use squid_auv::longitudinal::SPEED;
+use squid_base::files::Files;
 use squid_design::fit::frequency;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::{decimals, readable};
@@ -14,6 +13,7 @@ use squid_design::store::Stored;
 use squid_flight::flight::{ActuatorStep, Row, Surfacing, fly, fly_open_loop};
 use squid_flight::metrics::{SETTLED, StepFigures};
 use squid_flight::record::Record;
+use squid_scheduled::Manoeuvre;
 use std::path::Path;
 
 /// The number of speeds at which steps are simulated.
@@ -123,7 +123,7 @@ pub(crate) fn out_of_range(flight: &str, rows: &[Row], inputs: &Inputs) -> Strin
 }
 
 pub(crate) fn heading(inputs: &Inputs) -> String {
-    let surrogate = if inputs.vehicle.status == auv::Status::Surrogate { " (surrogate)" } else { "" };
+    let surrogate = if inputs.vehicle.status == squid_auv::Status::Surrogate { " (surrogate)" } else { "" };
     format!("{}{surrogate}", inputs.vehicle.name)
 }
 

@@ -3,16 +3,10 @@
 use crate::error::Error;
 use crate::page::Key;
 use crate::peers::line::Flights;
-use auv::longitudinal::PITCH;
-use auv::{Actuator, Status, Vehicle};
-use base::progress::Progress;
-use certificate::Theorem;
-use lpv::controller::Controller;
-use lpv::error::SynthesisError;
-use lpv::plant::GeneralisedPlant;
-use lpv::state_space::StateSpace;
-use lpv::synthesis::{Design, by_inequalities};
-use scheduled::{ControllerDesign, Manoeuvre};
+use squid_auv::longitudinal::PITCH;
+use squid_auv::{Actuator, Status, Vehicle};
+use squid_base::progress::Progress;
+use squid_certificate::Theorem;
 use squid_design::augment::augment;
 use squid_design::axis::Linearisation;
 use squid_design::axis::VehicleModel;
@@ -31,6 +25,12 @@ use squid_design::verdict::row::Outcome;
 use squid_flight::flight::{Flight, fly};
 use squid_flight::metrics::StepFigures;
 use squid_flight::sea::Sea;
+use squid_lpv::controller::Controller;
+use squid_lpv::error::SynthesisError;
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::state_space::StateSpace;
+use squid_lpv::synthesis::{Design, by_inequalities};
+use squid_scheduled::{ControllerDesign, Manoeuvre};
 use std::sync::OnceLock;
 
 /// The number of speeds over the range of the design.
@@ -119,7 +119,7 @@ impl Step {
 
     /// The height with its unit, in words.
     pub fn words(&self) -> String {
-        format!("{} {}", auv::rounded(self.factor * self.height), self.unit)
+        format!("{} {}", squid_auv::rounded(self.factor * self.height), self.unit)
     }
 
     /// The axis label of the output's deviation from trim or, for depth, from the start.
@@ -151,7 +151,7 @@ impl<'a> Subject<'a> {
     /// Linearises and fits the vehicle again, and takes the controller from the stored design.
     ///
     /// # Errors
-    /// As [`Model::new`]; [`ProofError::Mismatch`](proof::error::ProofError::Mismatch) when the stored
+    /// As [`Model::new`]; [`ProofError::Mismatch`](squid_proof::error::ProofError::Mismatch) when the stored
     /// controller has ragged matrices.
     pub fn new(inputs: &'a Inputs, stored: &'a Stored, progress: &'a Progress<'a>) -> Result<Self, Error> {
         let model = Model::new(&inputs.axis(), &inputs.design)?;

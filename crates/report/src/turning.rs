@@ -5,11 +5,9 @@ use crate::page::{Chart, Curve, Figure, Key, Part, Section, Table, draw, known};
 use crate::record::panels;
 use crate::simulate::early_end;
 use crate::threads::in_parallel;
-use auv::{Current, State};
-use base::files::Files;
-use proof::claim::text;
-use scheduled::Manoeuvre;
 use serde::Serialize;
+use squid_auv::{Current, State};
+use squid_base::files::Files;
 use squid_design::check::coupled::frozen::largest_real_part;
 use squid_design::check::coupled::gain::{CERTIFICATES, Coupling, coupling};
 use squid_design::check::coupled::turn::Turning;
@@ -20,6 +18,8 @@ use squid_flight::flight::{Row, Spell, Surfacing, Variations};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
 use squid_flight::whole::{WholeFlight, fly_whole};
+use squid_proof::claim::text;
+use squid_scheduled::Manoeuvre;
 use std::path::Path;
 
 /// The number of speeds.
@@ -196,7 +196,7 @@ impl Turns {
         ));
         let caption = format!(
             "A turn by {} deg at {STEP_TIME} s, with the other steps, while the speed ramps{}.",
-            auv::rounded(self.turn.to_degrees()),
+            squid_auv::rounded(self.turn.to_degrees()),
             self.at_sea()
         );
         let keys = vec![Key::nth(0, "flown"), Key::reference("reference")];
@@ -215,7 +215,7 @@ impl Turns {
         let steps: Vec<&str> = all.map(String::as_str).filter(|name| *name != "heading").collect();
         format!(
             "Turns by {} deg in six degrees of freedom{}, each with the default step of {}",
-            auv::rounded(self.turn.to_degrees()),
+            squid_auv::rounded(self.turn.to_degrees()),
             self.at_sea(),
             steps.join(" and ")
         )

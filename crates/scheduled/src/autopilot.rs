@@ -30,7 +30,7 @@ pub(crate) use plan::Plan;
 ///                                                         while an actuator that steers it stays at its limit, and
 ///                                                         from there after that or after [`Self::follow`]
 /// V_r'      = w_r (speed reference - V_r)                 without a filter V_r is the speed reference
-/// y0(V_r)   = the signals in trim at forward speed V_r, each by its [`Level`](signals::Level): V_r itself, a column of
+/// y0(V_r)   = the signals in trim at forward speed V_r, each by its [`Level`](squid_signals::Level): V_r itself, a column of
 ///             the trim table, the value measured at initialisation, or 0
 /// y_i       = (reference_i - y0_i(V_r))/scale_i           an input of kind reference
 /// y_i       = (measured_i - y0_i(V_r))/scale_i            an input of kind measurement

@@ -1,7 +1,7 @@
 //! The frozen controller design, as in its JSON file.
 
 use serde::{Deserialize, Serialize};
-use signals::{Curve, Force, Level, Signal, Status};
+use squid_signals::{Curve, Force, Level, Signal, Status};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
@@ -89,7 +89,7 @@ pub struct VehicleName {
     pub status: Status,
 }
 
-/// A signal between the vehicle and the autopilot: a row of [`signals::Interface`].
+/// A signal between the vehicle and the autopilot: a row of [`squid_signals::Interface`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Port {
@@ -352,7 +352,7 @@ impl Actuator {
     /// The effect of a positive command, in words.
     pub fn sign_in_words(&self) -> Option<String> {
         let forces = [self.force, self.lateral_force].map(Option::unwrap_or_default);
-        signals::sign_in_words(forces[0], forces[1], &self.unit)
+        squid_signals::sign_in_words(forces[0], forces[1], &self.unit)
     }
 
     /// The force along the hull per command of a thruster that does not steer; 0 of all others.

@@ -61,8 +61,8 @@ pub use lft::matrix::Matrix;
 pub use lft::{Lft, Sizes};
 pub use manoeuvre::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre, ManoeuvreError};
 pub use ports::{Inputs, Outputs};
-/// How well the vehicle of a design is known.
-pub use signals::{Level, Status};
 pub use snapshot::{Snapshot, SnapshotError};
+/// How well the vehicle of a design is known.
+pub use squid_signals::{Level, Status};
 pub use tangent::OutputTangents;
 pub use trim::{FARTHEST, Trim};

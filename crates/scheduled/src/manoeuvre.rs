@@ -26,13 +26,13 @@ const ROUNDING_OF_TIME: f64 = 1e-9;
 /// y0 is the signal in trim; of the depth, and of all that is measured from the start, the initial value.
 ///
 /// ```
-/// use scheduled::Manoeuvre;
+/// use squid_scheduled::Manoeuvre;
 /// let manoeuvre = Manoeuvre::from_json(
 ///     r#"{"format": "squid-manoeuvre/1", "steps": {"pitch": 0.17}, "step_time": 5.0, "step_end": 100.0,
 ///         "speed_from": 0.5, "speed_to": 3.0, "ramp_start": 10.0, "ramp_duration": 20.0, "duration": 60.0}"#,
 /// )?;
 /// assert_eq!((manoeuvre.speed_reference(20.0), manoeuvre.above_trim(20.0, "pitch")), (1.75, 0.17));
-/// # Ok::<(), scheduled::ManoeuvreError>(())
+/// # Ok::<(), squid_scheduled::ManoeuvreError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -2,7 +2,7 @@
 
 use crate::TrimTable;
 use crate::design::{OverSpeed, Port};
-use signals::Level;
+use squid_signals::Level;
 
 /// The trim table.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,6 @@
 //! Validation of a design.
 
-use signals::{Curve, Level};
+use squid_signals::{Curve, Level};
 use std::collections::BTreeSet;
 use std::fmt;
 

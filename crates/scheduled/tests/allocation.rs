@@ -4,7 +4,7 @@
 mod example;
 
 use allocation_counter::measure;
-use scheduled::{Autopilot, ControllerDesign, Inputs};
+use squid_scheduled::{Autopilot, ControllerDesign, Inputs};
 
 #[test]
 fn a_tick_allocates_nothing() {

@@ -16,7 +16,7 @@ pub type Force = [f64; 3];
 /// ```
 /// let of_stern_planes = [0.0, -9.64, -6.15];
 /// let words = "positive deflection, ahead, pushes up and turns the bow down";
-/// assert_eq!(signals::sign_in_words(of_stern_planes, [0.0; 3], "rad").as_deref(), Some(words));
+/// assert_eq!(squid_signals::sign_in_words(of_stern_planes, [0.0; 3], "rad").as_deref(), Some(words));
 /// ```
 pub fn sign_in_words(plane: Force, across: Force, unit: &str) -> Option<String> {
     let largest = plane.iter().chain(&across).fold(0.0, |largest: f64, part| largest.max(part.abs()));

@@ -11,8 +11,8 @@
 use crate::attempt::{ControllerKind, attempt, margin};
 use crate::error::Error;
 use crate::knob::Knob;
-use base::progress::Progress;
 use rayon::prelude::*;
+use squid_base::progress::Progress;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::verdict::Verdict;

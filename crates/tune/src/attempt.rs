@@ -1,8 +1,7 @@
 //! A design with some keys changed, evaluated at few speeds and without proof.
 
 use crate::knob::Knob;
-use base::progress::Progress;
-use scheduled::ControllerDesign;
+use squid_base::progress::Progress;
 use squid_design::augment::augment;
 use squid_design::certify::lft_matrices;
 use squid_design::error::Error;
@@ -15,6 +14,7 @@ use squid_design::synthesise::{synthesise, synthesise_quickly};
 use squid_design::verdict::Verdict;
 use squid_design::verdict::found::Effort;
 use squid_design::verdict::row::Row;
+use squid_scheduled::ControllerDesign;
 
 /// The numbers of speeds at which an attempt is evaluated.
 fn effort(design: &DesignFile) -> Effort {

@@ -39,6 +39,6 @@ pub enum Error {
 }
 
 squid_design::from_design_errors! {
-    Error: squid_design::error::InputError, squid_design::error::ModelError, auv::FileError,
-        base::files::Error
+    Error: squid_design::error::InputError, squid_design::error::ModelError, squid_auv::FileError,
+        squid_base::files::Error
 }

@@ -3,7 +3,7 @@
 use crate::candidate::{Candidate, merit};
 use crate::error::Error;
 use crate::knob::Knob;
-use base::progress::Progress;
+use squid_base::progress::Progress;
 use squid_design::inputs::Inputs;
 use squid_design::run::{Finished, run};
 use squid_design::verdict::row::Row;

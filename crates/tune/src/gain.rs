@@ -46,7 +46,7 @@ fn written(text: &str, gains: &[TunedGain], axis: Option<usize>) -> Option<Strin
     for gain in gains {
         let (axis, key) = gain.name.split_once('.')?;
         let numbers: Vec<f64> =
-            gain.coefficients.iter().map(|v| auv::rounded(*v).parse().unwrap_or(*v)).collect();
+            gain.coefficients.iter().map(|v| squid_auv::rounded(*v).parse().unwrap_or(*v)).collect();
         let item = controller.get_mut(axis)?.as_table_like_mut()?;
         item.insert(key, entry(&numbers, &gain.unit));
     }

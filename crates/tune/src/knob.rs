@@ -149,7 +149,7 @@ mod tests {
 
     fn squid() -> String {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/design.toml");
-        base::files::read(&path).unwrap()
+        squid_base::files::read(&path).unwrap()
     }
 
     /// A factor that keeps a number with three digits exact.

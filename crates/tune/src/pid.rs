@@ -1,19 +1,13 @@
 //! Gains of a PID for the weights of a design.
 //!
-//! The gains of [`pid::Affine`] are tuned by [`lpv::structured`]: for the smallest gain over frozen speeds, then for
+//! The gains of [`squid_pid::Affine`] are tuned by [`squid_lpv::structured`]: for the smallest gain over frozen speeds, then for
 //! the smallest proved gain for any trajectory of the speed. The weights of the references in the proportional terms
 //! are gains too, as long as no gain depends on speed.
 
 use crate::error::Error;
 use crate::gain::{TunedGain, WEIGHTS, with_gains};
 use crate::required::meeting;
-use base::progress::Progress;
-use lpv::analysis::given_loop;
-use lpv::controller::Controller;
-use lpv::matrix::Mat;
-use lpv::plant::GeneralisedPlant;
-use lpv::structured::{Structure, TunedDesign, tune};
-use pid::{Affine, Given, Law, Pid};
+use squid_base::progress::Progress;
 use squid_design::augment::augment;
 use squid_design::error::{Error as DesignError, InputError};
 use squid_design::fit::Model;
@@ -21,6 +15,12 @@ use squid_design::inputs::Inputs;
 use squid_design::numbers::decimals;
 use squid_design::run::{Finished, run};
 use squid_design::synthesise::given::structure;
+use squid_lpv::analysis::given_loop;
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::Mat;
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::structured::{Structure, TunedDesign, tune};
+use squid_pid::{Affine, Given, Law, Pid};
 use toml_edit::{DocumentMut, Item};
 
 /// A tuned PID.
@@ -127,7 +127,8 @@ fn begin(inputs: &Inputs, text: &str) -> Result<(Pid, String), Error> {
     let mut reason = String::new();
     for units in [["N.m/rad", "N.m/(rad.s)", "N.m.s/rad"], ["rad/rad", "rad/(rad.s)", "rad.s/rad"]] {
         let table = first(inputs, units);
-        let pid = pid::read_file(&table, &inputs.design.file).map_err(|error| refused(error.to_string()))?;
+        let pid =
+            squid_pid::read_file(&table, &inputs.design.file).map_err(|error| refused(error.to_string()))?;
         match structure(&inputs.vehicle.actuators, &inputs.design, &pid) {
             Ok(_) => {
                 let text = with_section(text, &table, inputs.design.axis);
@@ -294,10 +295,10 @@ impl Tuning<'_> {
             let gain = known.iter().find(|gain| gain.name == name)?;
             Some(gain.coefficients.get(power).copied().unwrap_or(0.0))
         };
-        let first = |one: &pid::Direction| {
+        let first = |one: &squid_pid::Direction| {
             if one.power > 0 { 0.0 } else { one.value.signum() * FIRST / one.matrix.amax() }
         };
-        let value = |one: &pid::Direction| {
+        let value = |one: &squid_pid::Direction| {
             of_known(&one.name, one.power)
                 .or_else(|| of_file(&one.name, one.power))
                 .unwrap_or_else(|| first(one))

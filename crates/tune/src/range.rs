@@ -3,8 +3,8 @@
 
 use crate::error::Error;
 use crate::knob::three_digits;
-use auv::longitudinal::turning;
-use auv::{Linearisation, Pitch, Speed, Vehicle, linearise, trim_with, trims};
+use squid_auv::longitudinal::turning;
+use squid_auv::{Linearisation, Pitch, Speed, Vehicle, linearise, trim_with, trims};
 use squid_design::axis::Linearisation as Linear;
 use squid_design::fit::authority::holding_ratio;
 use squid_design::fit::frequency::system;
@@ -216,7 +216,7 @@ const ONE_DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Checks that level flight leaves enough of the actuators, at a small incidence.
 fn check_level_flight(vehicle: &Vehicle, l: &Linearisation) -> Result<(), Reason> {
-    let used = |(a, now): (&auv::Actuator, &f64)| {
+    let used = |(a, now): (&squid_auv::Actuator, &f64)| {
         (if *now > 0.0 { now / a.max } else { now / a.min }, a.name.clone())
     };
     let uses = vehicle.actuators.iter().zip(&l.trim.actuators).map(used);
@@ -244,7 +244,7 @@ mod tests {
     fn authority_is_that_at_the_frequency_of_the_model() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let read = |name: &str| {
-            let text = base::files::read(&vehicles.join(name).join("vehicle.toml")).unwrap();
+            let text = squid_base::files::read(&vehicles.join(name).join("vehicle.toml")).unwrap();
             Vehicle::parse(&text, "vehicle.toml").unwrap().in_plane()
         };
         for name in ["squid", "remus100", "lauv", "tethys", "bluerov2_heavy"] {

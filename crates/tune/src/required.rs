@@ -17,15 +17,15 @@ use crate::descent::{descend, margins, required};
 use crate::direction::Direction;
 use crate::error::Error;
 use crate::gain::{TunedGain, WEIGHTS, with_gains};
-use base::progress::Progress;
 use rayon::prelude::*;
-use scheduled::Gamma;
+use squid_base::progress::Progress;
 use squid_design::error::{Error as DesignError, InputError};
 use squid_design::inputs::Inputs;
 use squid_design::store::freeze::controller;
 use squid_design::synthesise::given::matrices;
 use squid_design::verdict::Verdict;
 use squid_design::verdict::found::{Effort, Found};
+use squid_scheduled::Gamma;
 
 /// The first and the last step of x.
 const STEPS: [f64; 2] = [0.3, 0.05];

@@ -22,7 +22,7 @@ use crate::knob::three_digits;
 use crate::range::{
     ACCELERATION_FRACTION, Authority, DEPTH, TRIM_FRACTION, fastest, least, pitch_frequency, range,
 };
-use auv::Vehicle;
+use squid_auv::Vehicle;
 use squid_design::fit::Model;
 use squid_design::fit::frequency::errors;
 use squid_design::inputs::Inputs;

@@ -1,16 +1,16 @@
 //! Advice works if it is followed; a first design needs only the vehicle.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use auv::longitudinal::{PITCH, SPEED};
-use auv::{Actuator, Pitch, Vehicle};
-use base::progress::Progress;
-use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
+use squid_auv::longitudinal::{PITCH, SPEED};
+use squid_auv::{Actuator, Pitch, Vehicle};
+use squid_base::progress::Progress;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, HalfRange};
 use squid_design::run::run_with;
 use squid_design::verdict::row::{Advice, Outcome, Turn};
 use squid_flight::flight::{Row, fly};
+use squid_scheduled::{Autopilot, ControllerDesign, Manoeuvre};
 use squid_tune::advise::advise;
 use squid_tune::attempt::ControllerKind;
 use squid_tune::error::Error;
@@ -87,7 +87,7 @@ fn vehicle(file: &Path) -> Vehicle {
 }
 
 fn whole(file: &Path) -> Vehicle {
-    Vehicle::parse(&base::files::read(file).unwrap(), "vehicle.toml").unwrap()
+    Vehicle::parse(&squid_base::files::read(file).unwrap(), "vehicle.toml").unwrap()
 }
 
 const FILES: [&str; 2] = ["vehicle.toml", "heading.toml"];
@@ -169,7 +169,7 @@ fn a_missing_range_has_reasons() {
 #[test]
 fn a_search_is_the_same_on_any_machine() {
     let file = vehicles().join("squid/paper.toml");
-    let text = base::files::read(&file).unwrap();
+    let text = squid_base::files::read(&file).unwrap();
     let text = text.split("\n[uncertainty]\n").next().unwrap().to_owned()
         + "\n[require]\ngain_margin = 1.0\nbeyond_speed = 1e3\nbeyond_recovery = 1e3\nheld_recovery = 1e6\n";
     let vehicle = vehicle(&vehicles().join("squid/vehicle.toml"));

@@ -7,9 +7,9 @@ mod flight;
 
 use std::path::Path;
 
-use auv::{Curve, Effect, LpvModel, Speed, Surge, Trim, Vehicle, linearise, trim};
-use fmi2::Resources;
-use fmu_plant::{LPV_RESOURCE, PlantModel, VEHICLE_RESOURCE, describe};
+use squid_auv::{Curve, Effect, LpvModel, Speed, Surge, Trim, Vehicle, linearise, trim};
+use squid_fmi2::Resources;
+use squid_fmu_plant::{LPV_RESOURCE, PlantModel, VEHICLE_RESOURCE, describe};
 
 pub use flight::Flight;
 

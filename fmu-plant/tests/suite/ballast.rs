@@ -1,8 +1,8 @@
 //! Loads from outside, and weight, buoyancy and centre of gravity that change in flight.
 
 use crate::common::{Flight, prepare, remus100, squid, squid_at_a_given_speed, start, vehicle};
-use fmi2::{Experiment, Instance, Interface, Resources, Silent};
-use fmu_plant::{PlantModel, describe};
+use squid_fmi2::{Experiment, Instance, Interface, Resources, Silent};
+use squid_fmu_plant::{PlantModel, describe};
 
 const OUTPUTS: [&str; 7] = ["pitch", "speed", "heave", "pitch_rate", "path_speed", "depth", "distance"];
 const TUNABLE: [&str; 4] = ["weight", "buoyancy", "x_G", "z_G"];
@@ -40,8 +40,8 @@ fn what_is_dropped_leaves_with_the_velocity_of_the_vehicle() {
     }
 }
 
-fn vehicle_of(files: &Resources) -> auv::Vehicle {
-    auv::Vehicle::from_json(files.text(fmu_plant::VEHICLE_RESOURCE).unwrap(), "vehicle").unwrap()
+fn vehicle_of(files: &Resources) -> squid_auv::Vehicle {
+    squid_auv::Vehicle::from_json(files.text(squid_fmu_plant::VEHICLE_RESOURCE).unwrap(), "vehicle").unwrap()
 }
 
 fn flight_z(files: &Resources) -> f64 {

@@ -1,10 +1,10 @@
 //! What the plant says of itself, and which files it refuses.
 
 use crate::common::{prepare, remus100, squid, vehicle};
-use auv::LpvModel;
-use fmi2::Resources;
-use fmi2::model_description::{Causality, Kind, ScalarVariable, Variability};
-use fmu_plant::{LPV_RESOURCE, VEHICLE_RESOURCE, describe};
+use squid_auv::LpvModel;
+use squid_fmi2::Resources;
+use squid_fmi2::model_description::{Causality, Kind, ScalarVariable, Variability};
+use squid_fmu_plant::{LPV_RESOURCE, VEHICLE_RESOURCE, describe};
 
 #[test]
 fn describes_itself_from_the_files() {

@@ -1,10 +1,10 @@
 //! The plant as a part of a larger model, and as a library.
 
 use crate::common::{squid, vehicle};
-use auv::{Fidelity, LpvModel};
-use fmi2::model_description::DefaultExperiment;
-use fmi2::{About, Log, Model, Resources, SavedState, Silent, StateError, Table, Variable};
-use fmu_plant::{LPV_RESOURCE, PlantError, PlantModel, outputs, parameters};
+use squid_auv::{Fidelity, LpvModel};
+use squid_fmi2::model_description::DefaultExperiment;
+use squid_fmi2::{About, Log, Model, Resources, SavedState, Silent, StateError, Table, Variable};
+use squid_fmu_plant::{LPV_RESOURCE, PlantError, PlantModel, outputs, parameters};
 
 /// A plant whose commands come from inside.
 #[derive(Clone)]
@@ -58,7 +58,7 @@ impl Model for Tow {
 
 #[test]
 fn a_larger_model_takes_over_parameters_and_outputs() {
-    let described = fmi2::describe::<Tow>(&squid()).unwrap();
+    let described = squid_fmi2::describe::<Tow>(&squid()).unwrap();
     let mut tow = described.model.clone();
     let table = Table::of(&tow);
     let reference = |name: &str| table.reference(name).unwrap();

@@ -1,8 +1,8 @@
 //! The plant flown as an FMU, without C: start in trim, inputs, fidelity, warnings, refusals.
 
 use crate::common::{DEPTH, Flight, prepare, remus100, squid, start, vehicle};
-use auv::{Speed, trim};
-use fmu_plant::PlantModel;
+use squid_auv::{Speed, trim};
+use squid_fmu_plant::PlantModel;
 
 const THRUSTERS: [&str; 3] = ["lower", "upper_port", "upper_starboard"];
 
@@ -252,7 +252,7 @@ fn a_vehicle_with_stern_planes_flies_too() {
 #[test]
 fn a_positive_command_does_what_its_description_says() {
     for (resources, vehicle) in [(squid(), vehicle("squid")), (remus100(), vehicle("remus100"))] {
-        let description = fmu_plant::describe(&resources).unwrap().description;
+        let description = squid_fmu_plant::describe(&resources).unwrap().description;
         for actuator in &vehicle.actuators {
             let name = &actuator.name;
             let flown = |more: f64| {

@@ -1,9 +1,9 @@
 //! The plant in six degrees of freedom.
 
 use crate::common::{Flight, remus100, start, turning, whole};
-use auv::{Current, Plant, Speed, State, trim};
-use fmi2::model_description::Causality;
-use fmu_plant::{PlantModel, describe};
+use squid_auv::{Current, Plant, Speed, State, trim};
+use squid_fmi2::model_description::Causality;
+use squid_fmu_plant::{PlantModel, describe};
 use std::f64::consts::FRAC_PI_2;
 
 const SPEEDS: [f64; 3] = [1.0, 1.75, 2.5];

@@ -20,7 +20,7 @@ NEVER = {
         "clarabel",
         "faer",
         "squid-blas-symbols",
-        "squid-autopilot",
+        "squid",
         "squid-scheduled",
     },
     "squid-fmu-controller": {
@@ -28,10 +28,10 @@ NEVER = {
         "clarabel",
         "faer",
         "squid-blas-symbols",
-        "squid-autopilot",
+        "squid",
         "squid-auv",
     },
-    "squid-fmu-loop": {"squid-lpv", "clarabel", "faer", "squid-blas-symbols", "squid-autopilot"},
+    "squid-fmu-loop": {"squid-lpv", "clarabel", "faer", "squid-blas-symbols", "squid"},
     "squid-auv": {
         "squid-base",
         "squid-lpv",
@@ -134,9 +134,7 @@ def test_arrow_does_not_exist(crate: str) -> None:
 
 def test_the_arrows_that_do_exist_are_seen() -> None:
     """The test above can fail: it sees the arrows that are there."""
-    assert {"squid-lpv", "squid-auv", "squid-fmi2", "clarabel", "squid-design"} <= reached_from(
-        "squid-autopilot"
-    )
+    assert {"squid-lpv", "squid-auv", "squid-fmi2", "clarabel", "squid-design"} <= reached_from("squid")
     assert {"squid-auv", "squid-fmi2"} <= reached_from("squid-fmu-plant")
 
 
@@ -145,7 +143,7 @@ def test_the_arrows_that_do_exist_are_seen() -> None:
 )
 def test_problems_of_any_plant_pass_no_vehicle(file: str) -> None:
     """Command and Python package know vehicles, but not on the way to a problem of any plant."""
-    assert not re.search(r"\b(squid_design|auv)::", (ROOT / file).read_text(encoding="utf-8"))
+    assert not re.search(r"\b(squid_design|squid_auv)::", (ROOT / file).read_text(encoding="utf-8"))
 
 
 def test_every_forbidden_crate_exists() -> None:
@@ -157,7 +155,7 @@ def test_every_forbidden_crate_exists() -> None:
 
 
 def test_nothing_needs_fortran_cmake_or_libclang() -> None:
-    words = ["cargo", "tree", "--edges", "normal,build", "--package", "squid-autopilot", "--prefix", "none"]
+    words = ["cargo", "tree", "--edges", "normal,build", "--package", "squid", "--prefix", "none"]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
     assert not FORBIDDEN_NAMES & {line.split()[0] for line in done.stdout.splitlines() if line}
 
@@ -169,7 +167,7 @@ def with_features(*of: str) -> set[str]:
     return {line.removesuffix(" (*)") for line in done.stdout.splitlines() if line}
 
 
-@pytest.mark.parametrize("package", ["squid-autopilot", "squid-python"])
+@pytest.mark.parametrize("package", ["squid", "squid-python"])
 def test_what_ships_is_built_of_the_crates_that_the_tests_are_built_of(package: str) -> None:
     """A feature that the tests alone ask of a crate has all that use it compiled twice."""
     shipped = with_features("--package", package, "--edges", "normal,build")

@@ -7,13 +7,13 @@ use crate::error::Error;
 use crate::output::{answer, json, say, say_path};
 use crate::progress::{counter, show};
 use crate::verbs::design::load_or_design;
-use auv::longitudinal::{DEPTH, PITCH};
-use base::files::{self, check_directory, read, write};
-use base::numbers::{known, percent};
-use base::progress::Progress;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use squid_auv::longitudinal::{DEPTH, PITCH};
+use squid_base::files::{self, check_directory, read, write};
+use squid_base::numbers::{known, percent};
+use squid_base::progress::Progress;
 use squid_campaign::bound::{Gains, gains};
 use squid_campaign::flight::Row;
 use squid_campaign::plan::{Plan, Points};
@@ -78,8 +78,8 @@ fn check_starts(starts: &Starts, inputs: &Inputs) -> Result<(), Error> {
         };
         if starts.0[place] > most {
             let (factor, unit) = readable(signal.unit);
-            let found = format!("{}={}{unit}", signal.name, auv::number(starts.0[place] * factor));
-            let allowed = format!("at most {} {unit} in {}", auv::number(most * factor), signal.name);
+            let found = format!("{}={}{unit}", signal.name, squid_auv::number(starts.0[place] * factor));
+            let allowed = format!("at most {} {unit} in {}", squid_auv::number(most * factor), signal.name);
             return Err(Error::Argument { name: "--starts", found, allowed });
         }
     }

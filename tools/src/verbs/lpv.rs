@@ -3,12 +3,12 @@
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
-use base::files::check_directory;
-use base::progress::Progress;
 use clap::{Args, Subcommand};
-use lpv::synthesis::Options;
 use serde::Serialize;
 use serde_json::json;
+use squid_base::files::check_directory;
+use squid_base::progress::Progress;
+use squid_lpv::synthesis::Options;
 use squid_problem::check::check as proved;
 use squid_problem::error::Error as ProblemError;
 use squid_problem::source::Source;

@@ -2,9 +2,9 @@
 
 use crate::error::Error;
 use crate::output::{answer, say};
-use auv::Vehicle;
-use base::files::{self, Files};
 use serde_json::json;
+use squid_auv::Vehicle;
+use squid_base::files::{self, Files};
 use squid_design::inputs::design_file::DesignFile;
 use squid_design::inputs::together::common_speeds;
 use std::path::Path;
@@ -101,7 +101,7 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
         format!("{shown}/{file}: the same of a controller of {what}\n")
     };
     let more: String = others.iter().map(more).collect();
-    let speed = auv::number(0.5 * (speed_min + speed_max));
+    let speed = squid_auv::number(0.5 * (speed_min + speed_max));
     say(&format!(
         "{shown}/vehicle.toml: the coefficients, each with its unit and source. Its status is \"surrogate\" until they \
          are yours.\n\

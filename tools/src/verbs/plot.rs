@@ -4,18 +4,18 @@
 use crate::cli::read_vehicle;
 use crate::error::Error;
 use crate::output::{answer, is_for_programs, say, say_path};
-use auv::longitudinal::{DEPTH, PITCH};
-use auv::toml_file::cited;
-use auv::{Actuator, TRACKED, VIEWS};
-use base::files::{read, write};
-use base::numbers::decimals;
 use serde_json::{Value, json};
-use signals::{Level, Signal};
+use squid_auv::longitudinal::{DEPTH, PITCH};
+use squid_auv::toml_file::cited;
+use squid_auv::{Actuator, TRACKED, VIEWS};
+use squid_base::files::{read, write};
+use squid_base::numbers::decimals;
 use squid_flight::flight::{Row, Signals, Surfacing, out_of_water};
 use squid_flight::metrics::{FlightFigures, GRACE, SETTLED, Step};
 use squid_flight::record::Record;
 use squid_report::page::draw;
 use squid_report::record::panels;
+use squid_signals::{Level, Signal};
 use std::array::from_fn;
 use std::path::{Path, PathBuf};
 
@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 ///
 /// # Errors
 /// [`Error::Record`] when a column is missing or an entry is not a number, [`Error::Report`],
-/// [`files::Error`](base::files::Error); those of the vehicle file.
+/// [`files::Error`](squid_base::files::Error); those of the vehicle file.
 pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<(), Error> {
     let to = out.unwrap_or_else(|| path.with_extension("svg"));
     check_plot(&to)?;

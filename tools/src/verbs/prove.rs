@@ -6,10 +6,9 @@ use crate::cli::Prove;
 use crate::error::Error;
 use crate::output::answer;
 use crate::progress::show;
-use base::files::read;
-use base::progress::Progress;
-use proof::claim::Proof;
 use serde_json::{Value, json};
+use squid_base::files::read;
+use squid_base::progress::Progress;
 use squid_design::certify::claims;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
@@ -19,6 +18,7 @@ use squid_design::run::{Finished, run as run_stages};
 use squid_design::store::Stored;
 use squid_design::synthesise::{given, synthesise};
 use squid_design::verdict::frozen::AtSpeed;
+use squid_proof::claim::Proof;
 use squid_report::peers::law::Scheduled;
 use squid_report::peers::survival::{Survival, fleet, survival};
 use squid_report::subject::Subject;
@@ -34,7 +34,7 @@ pub fn run(asked: &Prove) -> Result<(), Error> {
     let mut inputs = Inputs::read_axis(&asked.vehicle, &asked.design, asked.axis.as_deref())?;
     if let Some(path) = &asked.controller {
         let (text, file) = (read(path)?, path.display().to_string());
-        inputs = inputs.with_controller(pid::read_file(&text, &file)?, &text);
+        inputs = inputs.with_controller(squid_pid::read_file(&text, &file)?, &text);
     }
     let design = asked.design.clone();
     let Some(pid) = inputs.design.controller.clone() else {

@@ -3,10 +3,10 @@
 use crate::cli::Cli;
 use crate::error::Error;
 use crate::output::{answer, say, say_whole};
-use base::files;
 use clap::CommandFactory;
 use clap_complete::{Shell, generate};
 use serde_json::json;
+use squid_base::files;
 use std::path::Path;
 
 /// Prints the completions for a shell.

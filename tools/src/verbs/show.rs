@@ -9,16 +9,16 @@ use crate::cli::{Asked, Show, Which, read_vehicle};
 use crate::error::Error;
 use crate::output::{answer, answer_each, say};
 use crate::progress::show;
-use auv::{Lateral, Pitch, Vehicle};
-use base::progress::Progress;
-use scheduled::DEFAULT_DESIGN;
 use serde_json::{Map, Value, json};
+use squid_auv::{Lateral, Pitch, Vehicle};
+use squid_base::progress::Progress;
 use squid_design::certify::controller_of;
 use squid_design::error::{Error as DesignError, StoreError};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::linearise;
 use squid_design::store::{self, Stored};
+use squid_scheduled::DEFAULT_DESIGN;
 use std::path::Path;
 
 /// Prints what is asked for; where nothing is, all but the uncertainty.
@@ -29,7 +29,7 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
     if let Some(v) = asked.speed.filter(|v| !(v.is_finite())) {
         return Err(Error::Argument {
             name: "--speed",
-            found: auv::number(v),
+            found: squid_auv::number(v),
             allowed: "a finite number (m/s), negative astern".into(),
         });
     }

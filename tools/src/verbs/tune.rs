@@ -4,10 +4,9 @@ use crate::cli::{Track, read_vehicle};
 use crate::error::Error;
 use crate::output::{answer, answer_each, say};
 use crate::progress::show;
-use base::files::{self, check_directory, write};
-use base::progress::Progress;
-use scheduled::DEFAULT_DESIGN;
 use serde_json::{Value, json};
+use squid_base::files::{self, check_directory, write};
+use squid_base::progress::Progress;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
 use squid_design::run::Finished;
@@ -15,6 +14,7 @@ use squid_design::store::Stored;
 use squid_report::peers::against_pid;
 use squid_report::peers::beside::check;
 use squid_report::subject::Subject;
+use squid_scheduled::DEFAULT_DESIGN;
 use squid_tune::candidate::Candidate;
 use squid_tune::gain::TunedGain;
 use squid_tune::pid::tune_pid;
@@ -37,7 +37,7 @@ pub fn run(
 ) -> Result<(), Error> {
     if designs == 0 {
         let allowed = "at least 1".into();
-        return Err(Error::Argument { name: "--designs", found: auv::number(0.0), allowed });
+        return Err(Error::Argument { name: "--designs", found: squid_auv::number(0.0), allowed });
     }
     let (axes, text, begun) = read(vehicle, (design, axis), begun_for)?;
     if let Some(given) = axes.iter().find(|inputs| inputs.design.controller.is_some()) {
@@ -152,7 +152,7 @@ pub fn pid(
     let tuned = tune_pid(inputs, &text, degree, &progress)?;
     write(&to, tuned.text.as_bytes())?;
     let numbers = |gain: &TunedGain| {
-        let all: Vec<String> = gain.coefficients.iter().map(|v| auv::rounded(*v)).collect();
+        let all: Vec<String> = gain.coefficients.iter().map(|v| squid_auv::rounded(*v)).collect();
         let all = if all.len() > 1 { format!("[{}]", all.join(", ")) } else { all.concat() };
         let unit = if gain.unit == "1" { "" } else { &gain.unit };
         format!("{} = {all} {unit}", gain.name).trim_end().to_owned()
@@ -261,8 +261,8 @@ fn read(
         let words = format!(
             "begun from the vehicle: {}, {} to {} m/s, steps of {step:.1} deg",
             design.steered(),
-            auv::number(design.speed_min),
-            auv::number(design.speed_max),
+            squid_auv::number(design.speed_min),
+            squid_auv::number(design.speed_max),
         );
         progress.done("start", &words);
     }

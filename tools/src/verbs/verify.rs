@@ -4,10 +4,9 @@ use crate::cli::{Verify, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::verbs::design::no_faster;
-use base::files;
-use certificate::ConstantTheorem;
-use proof::claim::parse;
 use serde_json::{Value, json};
+use squid_base::files;
+use squid_certificate::ConstantTheorem;
 use squid_design::certify::constant::{check_inputs, rate_of};
 use squid_design::certify::limits::ClaimedStep;
 use squid_design::inputs::Inputs;
@@ -15,6 +14,7 @@ use squid_design::numbers::above;
 use squid_package::axes::{said, unproved};
 use squid_package::page::Given;
 use squid_package::verify::{Verification, Verified, named, verify, verify_source};
+use squid_proof::claim::parse;
 
 /// Proves a certificate; for the design of a vehicle if one is given.
 ///

@@ -6,7 +6,7 @@
 use crate::states::{LATERAL, LONGITUDINAL, are_lateral};
 use nalgebra::DMatrix;
 use num_dual::{Dual64, HyperDual64, HyperHyperDual64};
-use signals::States;
+use squid_signals::States;
 
 use crate::motion::dynamics::{Motion, add};
 use crate::motion::parameter::Parameter;

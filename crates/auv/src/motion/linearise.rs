@@ -3,7 +3,7 @@
 use crate::states::{LONGITUDINAL as STATES, are_lateral, turning};
 use nalgebra::{Complex, DMatrix, DVector};
 use num_dual::Dual64;
-use signals::States;
+use squid_signals::States;
 
 use crate::motion::balance::reaches_all;
 use crate::motion::descriptor::Descriptor;

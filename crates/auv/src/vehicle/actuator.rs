@@ -2,7 +2,7 @@
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
-use signals::{Curve, Force};
+use squid_signals::{Curve, Force};
 
 use crate::scalar::Scalar;
 use crate::vehicle::allowed::Allowed;
@@ -142,7 +142,7 @@ impl Actuator {
 
     /// Returns what a positive output does, in words.
     pub fn sign_in_words(&self) -> Option<String> {
-        signals::sign_in_words(self.force_per_output(), self.lateral_force_per_output(), self.unit())
+        squid_signals::sign_in_words(self.force_per_output(), self.lateral_force_per_output(), self.unit())
     }
 
     /// Returns the output a time `elapsed` \[s\] after it was `start`, under a held command within or beyond the

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use serde_with::rust::maps_duplicate_key_is_error;
-use signals::Curve;
+use squid_signals::Curve;
 use thiserror::Error;
 
 use crate::vehicle::actuator::{Actuator, Effect, NEEDED_BY_RATE, allowed, is_actuator_name};

@@ -2,7 +2,7 @@
 
 use crate::scalar::Scalar;
 use crate::states::longitudinal;
-use signals::States;
+use squid_signals::States;
 
 /// Where the surge velocity comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,6 +1,6 @@
 //! The vehicle in sway, roll and yaw: its states, its signals, and its linear model as an axis of an autopilot has it.
 
-use signals::{Interface, LargestStep, Level, Reference, Signal, Unit};
+use squid_signals::{Interface, LargestStep, Level, Reference, Signal, Unit};
 use std::f64::consts::PI;
 
 pub use crate::states::{LATERAL as STATES, lateral as states};

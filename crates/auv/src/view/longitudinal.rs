@@ -2,7 +2,7 @@
 
 pub use crate::states::{LONGITUDINAL as STATES, longitudinal as states, turn_rate, turning};
 use crate::view::sensed::{Sensed, signals_of};
-use signals::{Interface, LargestStep, Level, Reference, Signal, Unit};
+use squid_signals::{Interface, LargestStep, Level, Reference, Signal, Unit};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 const DEGREE: f64 = PI / 180.0;

@@ -3,7 +3,7 @@
 use crate::view::lateral;
 use crate::view::longitudinal::SPEED_SENSED;
 use crate::view::sensed::{Sensed, signals_of};
-use signals::{Interface, LargestStep, Level, Reference, Signal, State, Unit};
+use squid_signals::{Interface, LargestStep, Level, Reference, Signal, State, Unit};
 use std::f64::consts::PI;
 
 const DEGREE: f64 = PI / 180.0;

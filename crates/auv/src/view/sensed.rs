@@ -1,7 +1,7 @@
 //! A signal of a view, and how it follows from the motion.
 
 use crate::simulation::plant::State;
-use signals::Signal;
+use squid_signals::Signal;
 
 /// A signal of a view, and how it follows from the motion.
 #[derive(Clone, Copy, Debug)]

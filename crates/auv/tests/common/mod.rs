@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use auv::Vehicle;
+use squid_auv::Vehicle;
 
 pub fn squid() -> Vehicle {
     vehicle("squid")

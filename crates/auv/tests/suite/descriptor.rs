@@ -1,12 +1,12 @@
 //! M, C and D against the linearisation, and their derivatives against their values elsewhere.
 
 use crate::common::{remus100, squid, whole};
-use auv::{
+use nalgebra::DMatrix;
+use squid_auv::{
     Descriptor, LATERAL, Lateral, Parameter, Pitch, Speed, Trim, Vehicle, View, lateral, linearise_with,
     longitudinal, trim,
 };
-use nalgebra::DMatrix;
-use signals::States;
+use squid_signals::States;
 
 /// Vehicles in the vertical plane, and one that yaws, each with its trim and its states.
 fn trimmed() -> Vec<(Vehicle, Trim, States)> {

@@ -1,11 +1,11 @@
 //! The equations of motion against hand computation, closed forms, finite differences, and the thesis on REMUS.
 
 use crate::common::{remus100, squid};
-use auv::{
+use nalgebra::{Matrix4, Vector3};
+use squid_auv::{
     Coefficients, Dynamics, Linearisation, Motion, Pitch, Speed, Trim, Vehicle, actuator_force, linearise,
     trim,
 };
-use nalgebra::{Matrix4, Vector3};
 
 const NO_FORCE: [f64; 3] = [0.0; 3];
 
@@ -138,8 +138,8 @@ fn signs_are_those_of_the_field() {
     assert!(force[0] > 0.0 && force[2] > 0.0, "the lower thruster pushes on and lifts the bow");
     let planes = remus100().actuators[1].force(1.5, 0.1);
     assert!(planes[1] < 0.0 && planes[2] < 0.0, "positive stern planes lift the stern and put the bow down");
-    let vertical = auv::Effect::thruster(0.5, 0.0, std::f64::consts::FRAC_PI_2);
-    let force = auv::Actuator { effect: vertical, ..squid.actuators[0].clone() }.force(0.0, 1.0);
+    let vertical = squid_auv::Effect::thruster(0.5, 0.0, std::f64::consts::FRAC_PI_2);
+    let force = squid_auv::Actuator { effect: vertical, ..squid.actuators[0].clone() }.force(0.0, 1.0);
     close(force, [0.0, 1.0, -0.5], 1e-15);
 }
 

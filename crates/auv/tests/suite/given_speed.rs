@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use crate::common::remus100;
-use auv::longitudinal::turning;
-use auv::{
+use nalgebra::{DVector, Matrix2, Matrix3, Vector2};
+use squid_auv::longitudinal::turning;
+use squid_auv::{
     Current, Descriptor, Dynamics, Effect, Motion, Parameter, Pitch, Plant, Slopes, Speed, Surge, Trim,
     Vehicle, actuator_force, linearise, linearise_with, place, trim, trims,
 };
-use nalgebra::{DVector, Matrix2, Matrix3, Vector2};
 
 /// NPS AUV II in heave and pitch.
 fn text() -> String {

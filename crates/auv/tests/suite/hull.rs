@@ -1,8 +1,8 @@
 //! Cross-flow drag by the sections of a hull: the closed forms of simple hulls, and what a file may say.
 
 use crate::common::squid;
-use auv::{Coefficients, Dynamics, Hull, Motion, Parameter, Vehicle};
 use proptest::prelude::*;
+use squid_auv::{Coefficients, Dynamics, Hull, Motion, Parameter, Vehicle};
 
 const SQUID: &str = include_str!("../../../../vehicles/squid/vehicle.toml");
 const DENSITY: f64 = 1000.0;
@@ -109,10 +109,10 @@ proptest! {
             dynamics.acceleration(&Motion::in_plane(1.0, w + dw, q + dq, 0.0), 50.0, [0.0; 3])
         };
         let seeded = |dw: f64, dq: f64| {
-            let dual = auv::Dual64::new;
-            let zero = auv::Dual64::from(0.0);
+            let dual = squid_auv::Dual64::new;
+            let zero = squid_auv::Dual64::from(0.0);
             let motion = Motion::in_plane(dual(1.0, 0.0), dual(w, dw), dual(q, dq), zero);
-            dynamics.lifted().acceleration(&motion, auv::Dual64::from(50.0), [zero; 3]).map(|d| d.eps)
+            dynamics.lifted().acceleration(&motion, squid_auv::Dual64::from(50.0), [zero; 3]).map(|d| d.eps)
         };
         for (dw, dq) in [(1.0, 0.0), (0.0, 1.0)] {
             let (above, below, exact) = (at(h * dw, h * dq), at(-h * dw, -h * dq), seeded(dw, dq));

@@ -1,7 +1,7 @@
 //! A load from outside, and ballast that changes under way.
 
 use crate::common::{remus100, squid};
-use auv::{
+use squid_auv::{
     Ballast, CoefficientError, Instant, LpvModel, Motion, Plant, Rates, Slopes, Speed, State, Vehicle,
     linearise, place, trim,
 };
@@ -83,7 +83,7 @@ fn a_load_on_a_ramp_is_the_limit_of_stairs() {
         LpvModel::new("squid", 30.0, (1.5, 1.0), &[linear.a], &[linear.b], std::slice::from_ref(&level))
             .unwrap();
     let mut ends = Vec::new();
-    for fidelity in [auv::Fidelity::Nonlinear, auv::Fidelity::Lpv] {
+    for fidelity in [squid_auv::Fidelity::Nonlinear, squid_auv::Fidelity::Lpv] {
         let flown = [1, 4000].map(|pieces| {
             let mut plant = Plant::new(&vehicle).unwrap().with_lpv(model.clone()).unwrap();
             plant.set_fidelity(fidelity).unwrap();

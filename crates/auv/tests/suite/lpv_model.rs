@@ -1,7 +1,7 @@
 //! The LPV fidelity: agreement with the nonlinear equations, scheduling, files, refusals.
 
 use crate::common::{remus100, squid};
-use auv::{Fidelity, LpvModel, LpvModelError, Plant, Speed, Trim, Vehicle, linearise, trim};
+use squid_auv::{Fidelity, LpvModel, LpvModelError, Plant, Speed, Trim, Vehicle, linearise, trim};
 
 const DEPTH: f64 = 50.0;
 

@@ -1,6 +1,6 @@
 //! Vehicle files with non-dimensional numbers, against published dimensional ones.
 
-use auv::{Effect, Vehicle};
+use squid_auv::{Effect, Vehicle};
 
 /// NPS AUV II, prime-I with L = 5.3 m, as MSS (github.com/cybergalactic/MSS, npsauv.m) lists the coefficients of A. J.
 /// Healey, D. Lienard, IEEE J. Oceanic Engineering 18(3), 1993. The stern planes' Z and M are Z_ds and M_ds.

@@ -1,8 +1,8 @@
 //! Properties that hold for any vehicle, speed or text.
 
 use crate::common::squid;
-use auv::{Coefficients, Dynamics, Motion, Plant, Speed, TrimError, Vehicle, trim};
 use proptest::prelude::*;
+use squid_auv::{Coefficients, Dynamics, Motion, Plant, Speed, TrimError, Vehicle, trim};
 
 const SQUID: &str = include_str!("../../../../vehicles/squid/vehicle.toml");
 

@@ -1,8 +1,8 @@
 //! Trim and linearisation of the vehicles in `vehicles/` against figures that were computed or published independently.
 
 use crate::common::{remus100, squid};
-use auv::{Speed, linearise, trim};
 use nalgebra::Matrix3;
+use squid_auv::{Speed, linearise, trim};
 
 /// Path speed \[m/s\], then the eigenvalues: real part, imaginary part, to the printed digits.
 ///

@@ -1,8 +1,8 @@
 //! A limit on the rate of an actuator: its closed form, what it may not change, and how a file says it.
 
 use crate::common::{remus100, squid};
-use auv::{Actuator, Plant, Speed, Vehicle, trim};
 use proptest::prelude::*;
+use squid_auv::{Actuator, Plant, Speed, Vehicle, trim};
 
 const REMUS: &str = include_str!("../../../../vehicles/remus100/vehicle.toml");
 

@@ -1,7 +1,7 @@
 //! The plant: energy, convergence, cutting of intervals, current, actuators, refusals.
 
 use crate::common::{remus100, squid, whole};
-use auv::{
+use squid_auv::{
     Coefficients, Current, Dynamics, Fidelity, IntegrationError, Motion, Plant, SimulationError, Speed,
     State, Trim, Vehicle, actuator_force, trim,
 };

@@ -1,11 +1,11 @@
 //! Trim: what it returns, least norm, and what it refuses.
 
 use crate::common::{bluerov2_heavy, remus100, squid};
-use auv::{
+use nalgebra::DVector;
+use squid_auv::{
     COEFFICIENTS, CoefficientError, Dynamics, Effect, Pitch, Speed, Trim, TrimError, Vehicle, actuator_force,
     climb, linearise, trim, trim_with, trims,
 };
-use nalgebra::DVector;
 
 #[test]
 fn a_trim_is_level_and_steady() {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::common::{remus100, squid};
-use auv::{Allowed, COEFFICIENTS, DefaultValue, Effect, FileProblem, Status, Vehicle};
+use squid_auv::{Allowed, COEFFICIENTS, DefaultValue, Effect, FileProblem, Status, Vehicle};
 
 const SQUID: &str = include_str!("../../../../vehicles/squid/vehicle.toml");
 const REMUS: &str = include_str!("../../../../vehicles/remus100/vehicle.toml");
@@ -120,7 +120,7 @@ fn thrusters_under_one_command_act_as_their_sum() {
     assert_eq!(vehicle.sources["couple.2.share"], "s");
     assert_eq!(Vehicle::from_json(&vehicle.to_json().unwrap(), "v").unwrap(), vehicle);
     let plane = vehicle.in_plane();
-    let parameter = auv::Parameter::named(&plane, "couple.M_T").unwrap();
+    let parameter = squid_auv::Parameter::named(&plane, "couple.M_T").unwrap();
     assert!((parameter.coefficient(&plane).unwrap() - 1.1).abs() < 1e-15);
     let message = |from: &str, to: &str| {
         let text = format!("{SQUID}{}", GROUP.replacen(from, to, 1));
@@ -443,7 +443,7 @@ fn numbers_too_large_are_not_printed_in_full() {
         "I_yy = { value = 1e300",
         "'mass.I_yy' is 1e300 kg.m2; it must be at most 1e18 in size, for the products of larger numbers overflow",
     );
-    let trimmed = auv::trim(&squid(), auv::Speed::Path(1e300), 50.0).unwrap_err().to_string();
+    let trimmed = squid_auv::trim(&squid(), squid_auv::Speed::Path(1e300), 50.0).unwrap_err().to_string();
     assert!(trimmed.starts_with("no level trim at 1e300 m/s and 50 m") && trimmed.len() < 300, "{trimmed}");
 }
 
@@ -691,7 +691,7 @@ fn usual_slips_are_named() {
 #[test]
 fn names_with_a_dot_are_told_from_tables() {
     let text = "a.b = 1\n\"c.d\" = 2\n[e]\nf = 3\n";
-    let document = auv::toml_file::Document::parse(text, "f.toml").unwrap();
+    let document = squid_auv::toml_file::Document::parse(text, "f.toml").unwrap();
     assert_eq!(["a", "c.d", "e", "g"].map(|key| document.root().is_dotted(key)), [true, false, false, false]);
 }
 

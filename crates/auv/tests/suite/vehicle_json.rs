@@ -1,9 +1,9 @@
 //! A vehicle as JSON: the same vehicle comes back, and what is wrong is reported with its key.
 
 use crate::common::{remus100, squid};
-use auv::{COEFFICIENTS, Curve, Vehicle};
 use proptest::prelude::*;
 use serde_json::{Value, json};
+use squid_auv::{COEFFICIENTS, Curve, Vehicle};
 
 #[test]
 fn a_vehicle_comes_back_to_the_bit() {

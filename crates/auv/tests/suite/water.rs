@@ -1,7 +1,9 @@
 //! Water that moves from place to place and from time to time.
 
 use crate::common::{remus100, squid, whole};
-use auv::{Current, Load, Motion, Plant, Pose, Slopes, Speed, State, Vehicle, Water, WaterMotion, trim};
+use squid_auv::{
+    Current, Load, Motion, Plant, Pose, Slopes, Speed, State, Vehicle, Water, WaterMotion, trim,
+};
 use std::sync::Arc;
 
 /// Water with a linear velocity `v = by_time t + by_x x + by_y y + by_z (z - 30)`, and a load.

@@ -3,11 +3,11 @@
 use crate::common::{add, add_model_error, claim, golden_text, prove, scheduled};
 use crate::independent::Loop;
 use crate::rate_alone::ALONE;
-use certificate::{Certificate, Rate};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use serde_json::{Value, json};
+use squid_certificate::{Certificate, Rate};
 use std::cell::Cell;
 
 /// `x' = (-3 + 1.5 theta) x + w` of [`scheduled`], X = 1, one interval. With `N = [-1 -m/2 0 0; -1/2 0 -m/2 0]`,
@@ -201,7 +201,7 @@ fn largest_eigenvalue(c: &Certificate) -> f64 {
     let Rate { gamma, inverse, x, .. } = bounded;
     let closed = Loop::new(c);
     let n = x[0].len();
-    let matrix = |rows: &certificate::Rows| DMatrix::from_fn(n, n, |i, j| rows[i][j]);
+    let matrix = |rows: &squid_certificate::Rows| DMatrix::from_fn(n, n, |i, j| rows[i][j]);
     let mut worst = f64::NEG_INFINITY;
     for step in 0..=64 {
         let theta = f64::from(step) / 32.0 - 1.0;

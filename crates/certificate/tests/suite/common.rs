@@ -1,7 +1,7 @@
 //! Certificates for the tests: the golden ones, and one small enough to check by hand.
 
-use certificate::{Certificate, Claim, Gain};
 use serde_json::{Value, json};
+use squid_certificate::{Certificate, Claim, Gain};
 
 /// The golden certificates of `tests/certificates`.
 pub const GOLDEN: [&str; 5] = ["hs04", "lpv01", "lpv03", "remus100", "squid_surrogate"];

@@ -1,8 +1,8 @@
 //! Certificates for a constant parameter: one that is checked by hand, and every lie that one number of it can tell.
 
 use crate::common::{integrator, prove};
-use certificate::{Certificate, Claim};
 use serde_json::{Value, json};
+use squid_certificate::{Certificate, Claim};
 
 /// `x' = delta x/2 + u + w`, `z = y = x`, `u = -y`, hence `x' = (-1 + delta/2) x + w`: the gain is 2, at delta = 1.
 ///

@@ -1,10 +1,10 @@
 //! Loops in discrete time: at and beside limits by hand, against the norm on the unit circle, and what is refused.
 
 use crate::common::{add_model_error, claim, integrator, prove, scheduled};
-use certificate::Certificate;
 use nalgebra::{Complex, dmatrix};
 use proptest::prelude::*;
 use serde_json::{Value, json};
+use squid_certificate::Certificate;
 
 /// `x+ = k x + w`, `z = x`, which `u = k y` makes of `x+ = u + w`: the gain is `1/(1 - |k|)`.
 fn lagged(k: f64, x: f64, gamma: f64) -> Value {

@@ -1,8 +1,8 @@
 //! A Lyapunov matrix given as `X = V'V`.
 
 use crate::common::{claim, gain, golden, integrator, prove};
-use certificate::{Certificate, Rows};
 use serde_json::{Value, json};
+use squid_certificate::{Certificate, Rows};
 
 /// The integrator with V in place of X.
 fn by_factor(gamma: f64, v: &Value) -> Value {

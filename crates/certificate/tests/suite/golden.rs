@@ -2,8 +2,8 @@
 
 use crate::common::{GOLDEN, gain, golden};
 use crate::independent::{Loop, claims};
-use certificate::{Certificate, Claim, Failure, Rows};
 use nalgebra::DMatrix;
+use squid_certificate::{Certificate, Claim, Failure, Rows};
 
 #[test]
 fn each_proves_and_is_confirmed() {

@@ -1,8 +1,8 @@
 //! The claims of a certificate checked by another route, in floating point: the loop frozen at many Theta and Delta,
 //! closed after the parameters and not before; and the printed inequality, block by block, by eigenvalues.
 
-use certificate::{Certificate, Gain, Rows};
 use nalgebra::{Complex, DMatrix, Schur};
+use squid_certificate::{Certificate, Gain, Rows};
 
 type Mat = DMatrix<f64>;
 

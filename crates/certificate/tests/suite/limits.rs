@@ -1,8 +1,8 @@
 //! The claim with limits, on a loop that can be checked by hand, and by another route on that of Squid.
 
 use crate::common::{add, add_model_error, claim, prove, remove};
-use certificate::Certificate;
 use serde_json::{Value, json};
+use squid_certificate::Certificate;
 
 /// `x' = -a x + u`, `y = r - x`, `u = y`, `|u| <= 1`: with e = u - H x the form is, in x and phi, beside its terms in
 /// r, `[(alpha - 2 (1 + a)) X, *; -X - 2 U (1 + H), -4 U]`. A step r is held by `x = r/(1 + a)`, `u = a r/(1 + a)`.

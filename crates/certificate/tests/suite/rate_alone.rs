@@ -2,8 +2,8 @@
 
 use crate::bounded_rate::{commutator, one_interval};
 use crate::common::{add, add_model_error, claim, golden_text, prove, remove};
-use certificate::{Certificate, Claim, Failure, Gain};
 use serde_json::{Value, json};
+use squid_certificate::{Certificate, Claim, Failure, Gain};
 
 /// The certificate of a loop for which no constant Lyapunov matrix exists.
 pub const ALONE: &str = "oscillator_bounded_rate";

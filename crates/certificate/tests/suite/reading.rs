@@ -1,8 +1,8 @@
 //! What is refused when a certificate is read, and in which words.
 
 use crate::common::{GOLDEN, add_model_error, gain, golden, golden_text, scheduled};
-use certificate::Certificate;
 use serde_json::{Value, json};
+use squid_certificate::Certificate;
 
 fn refusal(text: &str) -> String {
     Certificate::from_json(text).expect_err(text).to_string()

@@ -2,10 +2,10 @@
 
 use crate::common::golden_text;
 use crate::independent::{Loop, claims};
-use certificate::{Certificate, Failure};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use serde_json::Value;
+use squid_certificate::{Certificate, Failure};
 use std::cell::Cell;
 
 /// How far the eigenvalues of the scaled inequality, in floating point, may be on the wrong side of zero by rounding.

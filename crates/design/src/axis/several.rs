@@ -2,8 +2,8 @@
 
 use crate::inputs::Inputs;
 use crate::inputs::together::common_speeds;
-use auv::Vehicle;
-use scheduled::Manoeuvre;
+use squid_auv::Vehicle;
+use squid_scheduled::Manoeuvre;
 
 /// The axes of pitch or depth and of heading among some; `None` without one of both.
 pub fn level_and_heading<'a>(axes: &[&'a Inputs]) -> Option<[&'a Inputs; 2]> {

@@ -5,8 +5,8 @@ use crate::certify::limits::ClaimedStep;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
 use crate::numbers::decimals;
-use certificate::{LimitTheorem, Theorem};
-use scheduled::{ControllerDesign, Manoeuvre};
+use squid_certificate::{LimitTheorem, Theorem};
+use squid_scheduled::{ControllerDesign, Manoeuvre};
 
 /// The terms of a claim: the range of speed, and the step with saturated commands.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Speed may vary arbitrarily or at a bounded rate, and the trim parameters arbitrarily; coefficients and actuator
-//! gains are constant. See `docs/constant.md` for the claim, and [`lpv::robust::constant`] for the inequality.
+//! gains are constant. See `docs/constant.md` for the claim, and [`squid_lpv::robust::constant`] for the inequality.
 
 pub mod balls;
 
@@ -18,16 +18,16 @@ use crate::numbers::above;
 use crate::uncertain::model::UncertainModel;
 use crate::uncertain::truncate::{Reduction, Truncated, reduced};
 use crate::uncertain::{Fidelity, over_range};
-use base::files::Files;
-use base::progress::Progress;
-use certificate::{Certificate, Filter};
-use lpv::controller::Controller;
-use lpv::robust::UncertainPlant;
-use lpv::robust::constant::{ConstantLoop, Filters};
-use proof::claim::text;
-use proof::constant::{certificate as certificate_of, check_balls};
-use proof::error::ProofError;
-use proof::same_plant;
+use squid_base::files::Files;
+use squid_base::progress::Progress;
+use squid_certificate::{Certificate, Filter};
+use squid_lpv::controller::Controller;
+use squid_lpv::robust::UncertainPlant;
+use squid_lpv::robust::constant::{ConstantLoop, Filters};
+use squid_proof::claim::text;
+use squid_proof::constant::{certificate as certificate_of, check_balls};
+use squid_proof::error::ProofError;
+use squid_proof::same_plant;
 use std::path::Path;
 
 /// The file of the certificate.

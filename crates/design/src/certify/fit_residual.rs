@@ -1,14 +1,14 @@
 //! The residual of the fit against the true linearisations and the slope of the trim over the range of speed. The ball
-//! of models ([`proof::ball`]) contains it.
+//! of models ([`squid_proof::ball`]) contains it.
 
 use crate::augment::{LinearModel, place};
 use crate::axis::VehicleModel;
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
-use lpv::matrix::Mat;
-use lpv::tracking::ModelPlace;
-use proof::ball::ModelResidual;
+use squid_lpv::matrix::Mat;
+use squid_lpv::tracking::ModelPlace;
+use squid_proof::ball::ModelResidual;
 
 /// The number of speeds at which the residual is computed.
 pub const SAMPLES: usize = 1001;

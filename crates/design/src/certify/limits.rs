@@ -8,16 +8,16 @@ use crate::inputs::design_file::DesignFile;
 use crate::linearise::TRIM_ROWS;
 use crate::numbers::readable;
 use crate::synthesise::anti_windup::{keeping_speed, largest_step};
-use auv::{Actuator, lateral};
-use certificate::{Certificate, Theorem};
-use lpv::controller::Controller;
-use lpv::matrix::{Mat, from_rows, to_rows};
-use lpv::plant::GeneralisedPlant;
-use proof::claim::Proof;
-use proof::error::ProofError;
-use proof::limits::{Step, with_limits as with_step};
-use scheduled::{ControllerDesign, Kind, Manoeuvre, Port, Rows};
-use signals::Level;
+use squid_auv::{Actuator, lateral};
+use squid_certificate::{Certificate, Theorem};
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::{Mat, from_rows, to_rows};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_proof::claim::Proof;
+use squid_proof::error::ProofError;
+use squid_proof::limits::{Step, with_limits as with_step};
+use squid_scheduled::{ControllerDesign, Kind, Manoeuvre, Port, Rows};
+use squid_signals::Level;
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 
@@ -244,7 +244,7 @@ impl Display for ClaimedStep {
 fn sides(design: &ControllerDesign) -> Vec<f64> {
     let rows: Vec<&[f64]> = design.trim.actuators.iter().map(Vec::as_slice).collect();
     let steered = design.actuators.iter().any(|one| !one.steers.is_empty());
-    let one = |(j, a): (usize, &scheduled::Actuator)| {
+    let one = |(j, a): (usize, &squid_scheduled::Actuator)| {
         let push = |(row, speed): (&&[f64], &f64)| {
             let way = speed * a.pushes();
             if way == 0.0 { f64::INFINITY } else { (row[j] * way.signum()).max(0.0) }

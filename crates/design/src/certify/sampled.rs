@@ -6,19 +6,19 @@ use crate::certify::controller_of;
 use crate::error::{Error, ModelError};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
-use certificate::Certificate;
-use lpv::analysis::AtTicks;
-use lpv::synthesis::Design;
-use proof::claim::{Proof, controller_rows, first_difference};
-use proof::error::ProofError;
-use scheduled::ControllerDesign;
+use squid_certificate::Certificate;
+use squid_lpv::analysis::AtTicks;
+use squid_lpv::synthesis::Design;
+use squid_proof::claim::{Proof, controller_rows, first_difference};
+use squid_proof::error::ProofError;
+use squid_scheduled::ControllerDesign;
 
 /// The file of the certificate.
 pub const CERTIFICATE: &str = "sampled_certificate.json";
 
 /// Bounds the gain of the sampled loop and proves the bound in exact arithmetic. The plant is the fit, discretised by
 /// the trapezoidal rule; the controller is that of the FMU, its commands held and delayed. The bound holds for every
-/// sequence of rho that is constant between ticks and may jump arbitrarily at them. See [`lpv::analysis::at_ticks`].
+/// sequence of rho that is constant between ticks and may jump arbitrarily at them. See [`squid_lpv::analysis::at_ticks`].
 ///
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`ProofError::Synthesis`] when no bound is found.
@@ -32,7 +32,7 @@ pub fn sampled(
     let controller = design.controller.delayed_at_ticks(file.delay_ticks(), file.sample_time);
     // Sampled, a given controller may be far worse.
     let near = Some(&design.certified).filter(|_| file.controller.is_none());
-    Ok(proof::sampled::sampled(&ticks, &controller, near)?)
+    Ok(squid_proof::sampled::sampled(&ticks, &controller, near)?)
 }
 
 /// The plant of the claim; the delay of the commands is in the controller.
@@ -54,7 +54,7 @@ pub fn check_inputs(
     model: &Model,
 ) -> Result<Option<()>, Error> {
     let Ok(ticks) = at_ticks(vehicle, file, model) else { return Ok(None) };
-    Ok(proof::sampled::check(certificate, &ticks)?)
+    Ok(squid_proof::sampled::check(certificate, &ticks)?)
 }
 
 /// Checks that the controller of a certificate of the sampled loop is a frozen one, delayed by `ticks`: the same

@@ -7,11 +7,11 @@ use crate::certify::{frozen_rows, limits};
 use crate::error::{CertifyError, Error};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
-use certificate::Certificate;
-use proof::claim::first_difference;
-use proof::error::ProofError;
-use proof::same_plant;
-use scheduled::{ControllerDesign, LftMatrices};
+use squid_certificate::Certificate;
+use squid_proof::claim::first_difference;
+use squid_proof::error::ProofError;
+use squid_proof::same_plant;
+use squid_scheduled::{ControllerDesign, LftMatrices};
 
 /// Checks that the plant of a certificate is the one of this vehicle and design file, recomputed from the trims on,
 /// that its ball of models contains the true linearisations, and that its limits are no wider than those of the

@@ -4,10 +4,10 @@
 use crate::axis::Linearisation;
 use crate::check::margins::{Margins, Opened};
 use crate::check::sampled::{Sampling, trapezoidal};
-use lpv::matrix::{Mat, eigenvalues, largest};
-use lpv::state_space::StateSpace;
 use nalgebra::Complex;
-use signals::Signal;
+use squid_lpv::matrix::{Mat, eigenvalues, largest};
+use squid_lpv::state_space::StateSpace;
+use squid_signals::Signal;
 
 /// The step of the speed of the water in a gust, vertical or across, m/s.
 pub const GUST: f64 = 0.3;

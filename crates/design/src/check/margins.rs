@@ -14,9 +14,9 @@
 //! Source of the (symmetric) disk margin: P. Seiler, A. Packard, P. Gahinet, "An Introduction to Disk Margins", IEEE
 //! Control Systems Magazine 40(5), 2020, theorem 1.
 
-use lpv::matrix::{complex_eigenvalues, largest};
-use lpv::state_space::StateSpace;
 use nalgebra::{Complex, DMatrix};
+use squid_lpv::matrix::{complex_eigenvalues, largest};
+use squid_lpv::state_space::StateSpace;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 

@@ -7,11 +7,11 @@
 use crate::axis::Linearisation;
 use crate::error::CertifyError;
 use crate::inputs::design_file::{DesignFile, Measured, Tracked};
-use auv::Actuator;
-use lpv::matrix::{Mat, block, largest, solve};
-use lpv::state_space::StateSpace;
 use nalgebra::DVector;
-use signals::Signal;
+use squid_auv::Actuator;
+use squid_lpv::matrix::{Mat, block, largest, solve};
+use squid_lpv::state_space::StateSpace;
+use squid_signals::Signal;
 
 /// The data of a sampled loop: its actuators, the signals of its controller, and the sample time.
 #[derive(Debug, Clone, Copy)]
@@ -243,13 +243,13 @@ fn with_input_delay(a: Mat, b: Mat, ticks: usize) -> (Mat, Mat) {
 }
 
 /// `Dtt` of the discretised controller: `Dtt + Ct (I - A T/2)^-1 Bt T/2`.
-pub fn sampled_dtt(k: &lpv::controller::Controller, sample_time: f64) -> Option<Mat> {
+pub fn sampled_dtt(k: &squid_lpv::controller::Controller, sample_time: f64) -> Option<Mat> {
     let n = k.a().nrows();
     let inner = solve(&(Mat::identity(n, n) - &k.a() * (0.5 * sample_time)), &k.bt())?;
     Some(&k.dtt() + &k.ct() * inner * (0.5 * sample_time))
 }
 
-/// Discretises a controller by the trapezoidal rule with sample time T \[s\], like `scheduled::Lft::discretise` at a
+/// Discretises a controller by the trapezoidal rule with sample time T \[s\], like `squid_scheduled::Lft::discretise` at a
 /// frozen parameter: `K_d(z) = K(2/T (z - 1)/(z + 1))`.
 ///
 /// # Errors
@@ -274,10 +274,10 @@ pub(crate) mod tests {
     use crate::axis::VehicleModel;
     use crate::inputs::design_file::relative_weight::RelativeWeight;
     use crate::inputs::tests::shipped;
-    use auv::longitudinal::PITCH;
-    use lpv::controller::Controller;
-    use lpv::partition::Group::{U, X, Y};
     use nalgebra::Complex;
+    use squid_auv::longitudinal::PITCH;
+    use squid_lpv::controller::Controller;
+    use squid_lpv::partition::Group::{U, X, Y};
 
     /// A matrix of arbitrary numbers below 0.3 in magnitude.
     pub(crate) fn some(rows: usize, columns: usize, seed: f64) -> Mat {

@@ -15,13 +15,13 @@ use crate::axis::Linearisation;
 use crate::check::sampled::{Sampling, trapezoidal};
 use crate::error::{Error, ModelError};
 use crate::inputs::design_file::DesignFile;
-use auv::Actuator;
-use lpv::analysis::{Exogenous, SampledGain, sampled_gain_near};
-use lpv::matrix::{Mat, block};
-use lpv::partition::Group::{U, W, X, Y, Z};
-use lpv::plant::GeneralisedPlant;
-use lpv::state_space::StateSpace;
 use nalgebra::DVector;
+use squid_auv::Actuator;
+use squid_lpv::analysis::{Exogenous, SampledGain, sampled_gain_near};
+use squid_lpv::matrix::{Mat, block};
+use squid_lpv::partition::Group::{U, W, X, Y, Z};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::state_space::StateSpace;
 
 impl Sampling<'_> {
     /// Bounds on the gain from w to z, including between the ticks, of the true linearisation with the actuator lags
@@ -65,7 +65,7 @@ impl Sampling<'_> {
     }
 }
 
-/// The index of V_r among the states of the plant; see [`lpv::tracking::TrackingProblem::augment`].
+/// The index of V_r among the states of the plant; see [`squid_lpv::tracking::TrackingProblem::augment`].
 fn level_of_trim(l: &Linearisation, actuators: &[Actuator], design: &DesignFile) -> usize {
     let lags = actuators.iter().filter(|a| design.lags && a.lag > 0.0).count();
     let slow = design.tracked.iter().filter(|t| t.references.follow > 1.0).count();

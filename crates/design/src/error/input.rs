@@ -16,12 +16,12 @@ pub enum InputError {
     NoDesign { path: String, directory: String, name: String },
     /// The vehicle file or the design file is wrong.
     #[error(transparent)]
-    File(#[from] auv::FileError),
+    File(#[from] squid_auv::FileError),
     /// One of them cannot be read.
     #[error(transparent)]
-    Unreadable(#[from] base::files::Error),
+    Unreadable(#[from] squid_base::files::Error),
     /// A bandwidth on the command line is out of range.
-    #[error("--bandwidth is {}; it must be {}", auv::number(*found), crate::inputs::design_file::BANDWIDTH.words)]
+    #[error("--bandwidth is {}; it must be {}", squid_auv::number(*found), crate::inputs::design_file::BANDWIDTH.words)]
     Bandwidth { found: f64 },
     /// A design cannot be judged with the weights of another.
     #[error("{design} cannot be judged in the weights of {weights}: {why}")]

@@ -8,39 +8,39 @@ use thiserror::Error;
 pub enum ModelError {
     /// The vehicle has no trim somewhere in the range.
     #[error(transparent)]
-    Trim(#[from] auv::TrimError),
+    Trim(#[from] squid_auv::TrimError),
     /// A motion that is not asymptotically stable is not controllable.
     #[error(
         "at {} m/s the {motion} is not controllable: no actuator acts on it, and it is not stable by itself; it needs \
          {acts}",
-        auv::rounded(*speed)
+        squid_auv::rounded(*speed)
     )]
     NotReached { speed: f64, motion: &'static str, acts: &'static str },
     /// A motion that is not asymptotically stable is not observable.
     #[error(
         "at {} m/s the {motion} is not observable from the measurements, and it is not stable by itself; {shows}",
-        auv::rounded(*speed)
+        squid_auv::rounded(*speed)
     )]
     NotSeen { speed: f64, motion: &'static str, shows: &'static str },
     /// A coefficient is out of range.
     #[error(transparent)]
-    Coefficient(#[from] auv::CoefficientError),
+    Coefficient(#[from] squid_auv::CoefficientError),
     /// The waves of a design do not fit the hull.
     #[error("[sea]: {0}")]
     Waves(#[from] squid_sea::SeaError),
     /// The polynomial fit failed.
     #[error(transparent)]
-    Fit(#[from] lpv::error::FitError),
+    Fit(#[from] squid_lpv::error::FitError),
     /// An LFT has no value at some parameter.
     #[error(transparent)]
-    Lft(#[from] lpv::error::LftError),
+    Lft(#[from] squid_lpv::error::LftError),
     /// The matrices of a problem file do not fit together.
     #[error(transparent)]
-    Shape(#[from] lpv::error::ShapeError),
+    Shape(#[from] squid_lpv::error::ShapeError),
     /// Model and weights do not form a generalised plant.
     #[error(transparent)]
-    Augment(#[from] lpv::error::AugmentError),
+    Augment(#[from] squid_lpv::error::AugmentError),
     /// The gain of the sampled loop cannot be computed.
     #[error(transparent)]
-    Sampled(#[from] lpv::error::SampledError),
+    Sampled(#[from] squid_lpv::error::SampledError),
 }

@@ -28,20 +28,20 @@ pub enum StoreError {
     Edited { file: &'static str, key: String, found: String, expected: String },
     /// A frozen controller is not valid.
     #[error("{path}: {reason}")]
-    BadController { path: String, reason: scheduled::DesignError },
+    BadController { path: String, reason: squid_scheduled::DesignError },
     /// A frozen LPV model is not valid.
     #[error("{path}: {reason}")]
-    BadPlant { path: String, reason: auv::LpvModelError },
+    BadPlant { path: String, reason: squid_auv::LpvModelError },
     /// The LPV model of the plant cannot be frozen or read.
     #[error(transparent)]
-    LpvModel(#[from] auv::LpvModelError),
+    LpvModel(#[from] squid_auv::LpvModelError),
     /// A vehicle cannot be written as JSON.
     #[error(transparent)]
-    VehicleJson(#[from] auv::VehicleJsonError),
+    VehicleJson(#[from] squid_auv::VehicleJsonError),
     /// The frozen controller is invalid.
     #[error(transparent)]
-    ControllerDesign(#[from] scheduled::DesignError),
+    ControllerDesign(#[from] squid_scheduled::DesignError),
     /// The manoeuvre is invalid.
     #[error(transparent)]
-    Manoeuvre(#[from] scheduled::ManoeuvreError),
+    Manoeuvre(#[from] squid_scheduled::ManoeuvreError),
 }

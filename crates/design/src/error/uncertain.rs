@@ -51,10 +51,10 @@ pub enum UncertainError {
     },
     /// The coefficients at some corner of the ranges are out of range.
     #[error("[uncertainty]: with every coefficient at an end of its range, {reason}")]
-    Corner { reason: auv::CoefficientError },
+    Corner { reason: squid_auv::CoefficientError },
     /// The vehicle has no trim at some corner of the ranges.
     #[error("[uncertainty]: with every coefficient at an end of its range there is no trim: {reason}")]
-    NoTrim { reason: auv::TrimError },
+    NoTrim { reason: squid_auv::TrimError },
 }
 
 /// Why there is no robust controller.
@@ -63,7 +63,7 @@ pub enum UncertainError {
 pub enum RobustError {
     /// The nominal controller has no bound at any size of the uncertainty.
     #[error("--robust: {0}")]
-    NoSize(#[from] lpv::robust::NoSize),
+    NoSize(#[from] squid_lpv::robust::NoSize),
     /// The margin of a bound is too small for a proof.
     #[error("--robust: the bound of the {which} controller has too small a margin to be proved")]
     NotClear { which: &'static str },
@@ -75,10 +75,10 @@ pub enum RobustError {
 pub enum ConstantError {
     /// The search found no multipliers.
     #[error("no bound: {0}")]
-    NoBound(lpv::error::SynthesisError),
+    NoBound(squid_lpv::error::SynthesisError),
     /// Exact arithmetic does not confirm a bound.
     #[error("a bound that exact arithmetic does not confirm: {0}")]
-    NotProved(certificate::Failure),
+    NotProved(squid_certificate::Failure),
     /// Nothing was proved for any fraction of the declared box that was tried.
     #[error(
         "--constant: no gain within 1.25 times the nominal bound was proved for {:.1} % of the declared uncertainty or \

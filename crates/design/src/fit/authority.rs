@@ -8,10 +8,10 @@ use crate::axis::Linearisation;
 use crate::fit::Model;
 use crate::inputs::design_file::{DesignFile, Tracked};
 use crate::numbers::{readable, rounded_down};
-use auv::longitudinal::{turn_rate, turning};
-use auv::{Actuator, Pitch, rounded};
-use lpv::matrix::Mat;
-use lpv::weights::ReferenceModel;
+use squid_auv::longitudinal::{turn_rate, turning};
+use squid_auv::{Actuator, Pitch, rounded};
+use squid_lpv::matrix::Mat;
+use squid_lpv::weights::ReferenceModel;
 
 /// Singular values below this fraction of the largest are taken as zero.
 const RANK_TOLERANCE: f64 = 1e-9;

@@ -3,14 +3,14 @@
 use crate::fit::Model;
 use crate::inputs::design_file::Tracked;
 use crate::linearise::{split, stacked};
-use auv::Actuator;
-use auv::View;
-use auv::longitudinal::{SIGNALS, SPEED, turn_rate};
-use lpv::matrix::{Mat, largest_complex_singular_value as largest};
-use lpv::polynomial::MatrixPolynomial;
-use lpv::state_space::StateSpace;
 use nalgebra::{Complex, DMatrix};
-use signals::{Signal, States};
+use squid_auv::Actuator;
+use squid_auv::View;
+use squid_auv::longitudinal::{SIGNALS, SPEED, turn_rate};
+use squid_lpv::matrix::{Mat, largest_complex_singular_value as largest};
+use squid_lpv::polynomial::MatrixPolynomial;
+use squid_lpv::state_space::StateSpace;
+use squid_signals::{Signal, States};
 
 /// 61 frequencies from 0.01 to 10 rad/s, evenly spaced on a logarithmic axis.
 pub fn axis() -> Vec<f64> {
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
     use crate::inputs::Inputs;
     use crate::inputs::tests::shipped;
-    use auv::longitudinal::PITCH;
+    use squid_auv::longitudinal::PITCH;
 
     /// Other scales of the design do not change the errors of the channels, only the scaled error. The channel of the
     /// paper's Fig. 4 has a much larger error than speed and pitch together in SI units, where speed dominates.

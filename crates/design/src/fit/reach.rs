@@ -1,7 +1,7 @@
 //! Whether every motion of the vehicle that is not asymptotically stable is controllable by the actuators and
 //! observable by the measurements, at each speed of the range.
 //!
-//! Otherwise there is no controller, whatever the requirements. The test is that of [`lpv::system::modes`]; here the
+//! Otherwise there is no controller, whatever the requirements. The test is that of [`squid_lpv::system::modes`]; here the
 //! motion is named, and what would act on it or measure it.
 
 use crate::axis::Linearisation;
@@ -9,11 +9,11 @@ use crate::error::ModelError;
 use crate::fit::Model;
 use crate::inputs::design_file::{DesignFile, scaled_outputs};
 use crate::linearise::{scaled, split, stacked};
-use auv::Actuator;
-use lpv::matrix::Mat;
-use lpv::system::modes::unreachable_mode;
 use nalgebra::Complex;
-use signals::State;
+use squid_auv::Actuator;
+use squid_lpv::matrix::Mat;
+use squid_lpv::system::modes::unreachable_mode;
+use squid_signals::State;
 
 /// Checks every linearisation of a model.
 ///

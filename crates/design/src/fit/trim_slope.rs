@@ -8,11 +8,11 @@ use crate::axis::{Linearisation, VehicleModel};
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
 use crate::linearise::TRIM_ROWS;
-use auv::Actuator;
-use lpv::lft::Lft;
-use lpv::matrix::{Mat, eigenvalues, largest, largest_singular_value};
-use lpv::rational::MatrixRational;
-use proof::same_plant::NEAREST_POLE;
+use squid_auv::Actuator;
+use squid_lpv::lft::Lft;
+use squid_lpv::matrix::{Mat, eigenvalues, largest, largest_singular_value};
+use squid_lpv::rational::MatrixRational;
+use squid_proof::same_plant::NEAREST_POLE;
 
 /// The error, relative to the largest slope, above which a pole is added. Below it the ball costs little, and poles
 /// near the range, which the controller has as well, would cost more.

@@ -1,7 +1,7 @@
 //! The names of actuators, which must differ from those of the FMUs' other variables.
 
 use crate::error::InputError;
-use auv::{COEFFICIENTS, VIEWS, Vehicle};
+use squid_auv::{COEFFICIENTS, VIEWS, Vehicle};
 use std::collections::BTreeSet;
 
 /// Variables that the three FMUs may have for any vehicle, besides its signals and coefficients, and the first column

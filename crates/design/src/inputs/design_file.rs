@@ -18,16 +18,16 @@ mod tracked;
 mod uncertainty;
 mod values;
 
-use auv::longitudinal::DEPTH;
-use auv::{Pitch, View};
-use lpv::matrix::Mat;
-use lpv::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
-use pid::Pid;
 use relative_weight::RelativeWeight;
 pub use require::{REQUIREMENTS, Require, Requirement, Sense};
-use scheduled::Manoeuvre;
 pub use sea::WorkingSea;
-use signals::{Interface, Signal, States};
+use squid_auv::longitudinal::DEPTH;
+use squid_auv::{Pitch, View};
+use squid_lpv::matrix::Mat;
+use squid_lpv::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
+use squid_pid::Pid;
+use squid_scheduled::Manoeuvre;
+use squid_signals::{Interface, Signal, States};
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
 
 /// A range of numbers, with its text for messages.
@@ -116,7 +116,7 @@ pub struct Tracked {
     /// R: the emphasis of slow references.
     pub references: ReferenceWeight,
     /// W_e.
-    pub weight: lpv::weights::TrackingWeight,
+    pub weight: squid_lpv::weights::TrackingWeight,
     /// The reference model of the output.
     pub model: Option<ReferenceModel>,
 }

@@ -1,13 +1,13 @@
 //! Values in the files of a design that are allowed but improbable.
 
 use crate::inputs::Inputs;
-use auv::rounded;
+use squid_auv::rounded;
 
 /// A unit of the pitch error above this (deg) is unusual: the linear models do not hold so far.
 const PITCH_SCALE: f64 = 45.0;
 
 impl Inputs {
-    /// Remarks on improbable numbers in both files, one sentence each, including those of [`auv::Vehicle::doubts`].
+    /// Remarks on improbable numbers in both files, one sentence each, including those of [`squid_auv::Vehicle::doubts`].
     pub fn doubts(&self) -> Vec<String> {
         let (file, depth) = (&self.design.file, self.design.depth);
         let pitch =
@@ -25,7 +25,7 @@ impl Inputs {
             format!(
                 "{file}: 'model.depth' is {} m, where the hull is not submerged: the equations hold in deep water; \
                  give the depth at which the vehicle works",
-                auv::number(depth)
+                squid_auv::number(depth)
             )
         });
         let is_held = self.design.view().is_level_held || self.design.tracks("depth").is_some();
@@ -33,7 +33,7 @@ impl Inputs {
             format!(
                 "{file}: nothing holds the depth at {} m/s ('model.speed_min'), where no pitch changes it: track \
                  \"depth\", too, or begin the range above 0 m/s",
-                auv::number(self.design.speed_min)
+                squid_auv::number(self.design.speed_min)
             )
         });
         self.whole.doubts().into_iter().chain(pitch).chain(surfaced).chain(adrift).collect()
@@ -74,7 +74,7 @@ mod tests {
     #[test]
     fn a_pitch_that_no_vehicle_is_off_is_refused() {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/design.toml");
-        let text = base::files::read(&path).unwrap();
+        let text = squid_base::files::read(&path).unwrap();
         let unit = "\nunit = \"deg\"";
         assert!(text.find(unit).unwrap() < text.find("output = \"speed\"").unwrap());
         let wrong = text.replacen(unit, "\nunit = \"rad\"", 1);

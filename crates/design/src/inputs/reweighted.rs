@@ -2,7 +2,7 @@
 
 use crate::error::InputError;
 use crate::inputs::design_file::DesignFile;
-use lpv::weights::RisingWeight;
+use squid_lpv::weights::RisingWeight;
 
 impl DesignFile {
     /// The loop of this design with the W_e, W_u and disturbance of a design whose controller measures only the

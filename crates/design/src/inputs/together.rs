@@ -2,7 +2,7 @@
 
 use crate::error::InputError;
 use crate::inputs::design_file::DesignFile;
-use auv::{Pitch, Vehicle, number};
+use squid_auv::{Pitch, Vehicle, number};
 
 /// A key that all axes share, and its value in words.
 type Shared = (&'static str, fn(&DesignFile) -> String);

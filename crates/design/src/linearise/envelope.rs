@@ -13,11 +13,11 @@
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, Envelope};
 use crate::numbers::decimals;
-use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, turn_rate};
-use auv::{Actuator, Trim, Vehicle, climb, linearise};
-use lpv::matrix::{Mat, pseudo_inverse};
 use rayon::prelude::*;
-use scheduled::{ControllerDesign, Manoeuvre, OverSpeed, ReferenceLimits};
+use squid_auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, turn_rate};
+use squid_auv::{Actuator, Trim, Vehicle, climb, linearise};
+use squid_lpv::matrix::{Mat, pseudo_inverse};
+use squid_scheduled::{ControllerDesign, Manoeuvre, OverSpeed, ReferenceLimits};
 use std::collections::BTreeMap;
 
 /// The first step in pitch, and the last, rad.

@@ -18,9 +18,9 @@
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::decimals;
-use auv::longitudinal::{PITCH, SIGNALS};
-use auv::{Trim, Vehicle, View, linearise, linearise_with};
-use scheduled::{ControllerDesign, Sensor, Source, Without};
+use squid_auv::longitudinal::{PITCH, SIGNALS};
+use squid_auv::{Trim, Vehicle, View, linearise, linearise_with};
+use squid_scheduled::{ControllerDesign, Sensor, Source, Without};
 use std::collections::BTreeMap;
 
 /// A path that is level within the errors of trim, as sine.
@@ -51,16 +51,16 @@ pub fn sensors(
         // The speed is that of the other axis.
         let speeds: Vec<f64> = trims.iter().map(|trim| trim.speed).collect();
         let (depth, rule) = file.level();
-        let plane_trims = auv::trims(plane, depth, &speeds, rule).map_err(ModelError::Trim)?;
+        let plane_trims = squid_auv::trims(plane, depth, &speeds, rule).map_err(ModelError::Trim)?;
         let other = plane_trims.iter().map(|trim| linearise(plane, trim)).collect::<Result<Vec<_>, _>>()?;
         all.extend(other);
     }
     let given = |symbol: &str| {
-        let of = |l: &auv::Linearisation| {
+        let of = |l: &squid_auv::Linearisation| {
             let Some(row) = l.states.iter().position(|state| state.symbol == symbol) else { return 0.0 };
             let actuators =
                 if View::of_states(l.states).is_level_held { &vehicle.actuators } else { &plane.actuators };
-            let reach = |(one, trim): (&auv::Actuator, &f64)| (one.max - trim).max(trim - one.min);
+            let reach = |(one, trim): (&squid_auv::Actuator, &f64)| (one.max - trim).max(trim - one.min);
             let each = actuators.iter().zip(&l.trim.actuators).map(reach);
             each.enumerate().map(|(j, reach)| l.b[(row, j)].abs() * reach).sum()
         };
@@ -77,7 +77,7 @@ pub fn sensors(
         let time = -1.0 / linear.a[(row, row)];
         (time > 0.0).then_some(Source::Commands { gains, time })
     });
-    let sensor = |signal: &signals::Signal| {
+    let sensor = |signal: &squid_signals::Signal| {
         let rate = match signal.state() {
             "theta" => given("q"),
             "psi" => given("r"),

@@ -14,9 +14,9 @@
 
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, UncertainParameter};
-use auv::{Actuator, Trim, TrimError, Vehicle, lateral, turn};
 use rayon::prelude::*;
-use scheduled::{OverSpeed, ReferenceLimits};
+use squid_auv::{Actuator, Trim, TrimError, Vehicle, lateral, turn};
+use squid_scheduled::{OverSpeed, ReferenceLimits};
 use std::collections::BTreeMap;
 
 /// Part of the rate that the actuators sustain.

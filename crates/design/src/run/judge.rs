@@ -11,10 +11,10 @@ use crate::run::prove::{FinishedAxis, Synthesised, proved};
 use crate::store::freeze::gamma;
 use crate::verdict::Verdict;
 use crate::verdict::found::{Effort, Found};
-use base::progress::{Progress, Results};
-use lpv::plant::GeneralisedPlant;
-use lpv::reduce::Reductions;
-use lpv::synthesis::Design;
+use squid_base::progress::{Progress, Results};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::reduce::Reductions;
+use squid_lpv::synthesis::Design;
 
 /// A proved axis with its verdict.
 pub(super) struct Judged {

@@ -15,13 +15,13 @@ use crate::store::freeze::{controller, gamma};
 use crate::synthesise::anti_windup::{SPEEDS, anti_windup};
 use crate::synthesise::follow::follow;
 use crate::synthesise::given;
-use base::progress::Progress;
-use lpv::controller::Controller;
-use lpv::matrix::to_rows;
-use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::Design;
-use proof::claim::Proof;
-use scheduled::{ControllerDesign, InputHashes, Rows};
+use squid_base::progress::Progress;
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::to_rows;
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::synthesis::Design;
+use squid_proof::claim::Proof;
+use squid_scheduled::{ControllerDesign, InputHashes, Rows};
 
 /// An axis with the results of its stages.
 #[derive(Debug, Clone)]

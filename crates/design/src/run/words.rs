@@ -5,9 +5,9 @@ use crate::fit::{Model, frequency};
 use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::decimals;
-use auv::longitudinal::{DEPTH, PITCH};
-use auv::{Pitch, Status};
-use lpv::plant::GeneralisedPlant;
+use squid_auv::longitudinal::{DEPTH, PITCH};
+use squid_auv::{Pitch, Status};
+use squid_lpv::plant::GeneralisedPlant;
 
 pub(super) fn vehicle_line(inputs: &Inputs) -> String {
     let v = &inputs.vehicle;

@@ -7,14 +7,14 @@ use crate::inputs::Inputs;
 use crate::inputs::design_file::{DesignFile, Safe, SensorKeys};
 use crate::linearise::TRIM_ROWS;
 use crate::synthesise::given;
-use auv::LpvModel;
-use auv::longitudinal::turn_rate;
-use lpv::synthesis::Design;
-use scheduled::{
+use squid_auv::LpvModel;
+use squid_auv::longitudinal::turn_rate;
+use squid_lpv::synthesis::Design;
+use squid_scheduled::{
     Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Failsafe, Gamma, InputHashes, Kind,
     LftMatrices, OverSpeed, Port, ReferenceLimits, Scheduling, TrimTable, VehicleName,
 };
-use signals::{Level, Signal};
+use squid_signals::{Level, Signal};
 use std::collections::BTreeMap;
 
 /// The two frozen files.

@@ -4,8 +4,8 @@ use crate::check::coupled::gain::CERTIFICATES;
 use crate::error::{Error, StoreError};
 use crate::inputs::Inputs;
 use crate::run::Finished;
-use base::files::{read, reading};
-use scheduled::ControllerDesign;
+use squid_base::files::{read, reading};
+use squid_scheduled::ControllerDesign;
 use std::path::{Path, PathBuf};
 
 /// The file with the directory of the vehicle that the design belongs to.
@@ -60,7 +60,7 @@ pub fn outdated(directory: &Path, inputs: &Inputs, finished: &Finished) -> Resul
     if is_written(&directory.join("controller.json"), finished)? {
         return Ok(vec![]);
     }
-    let name = model_description::identifier(&inputs.vehicle.name);
+    let name = squid_model_description::identifier(&inputs.vehicle.name);
     let packed = ["_plant.fmu", "_controller.fmu", ".fmu", ".ssp"].map(|end| format!("{name}{end}"));
     let own = packed.iter().map(|file| directory.join(file));
     let above = directory.parent().filter(|_| inputs.design.axis.is_some());

@@ -9,10 +9,10 @@ use crate::fit::Model;
 use crate::inputs::Inputs;
 use crate::store::freeze::{Frozen, frozen};
 use crate::synthesise::given::matrices;
-use auv::LpvModel;
-use scheduled::ControllerDesign;
 use serde::Serialize;
 use serde_json::{Map, Value};
+use squid_auv::LpvModel;
+use squid_scheduled::ControllerDesign;
 
 /// Tolerance of a number against the recomputed one: rounding on another processor.
 const ROUNDING_TOLERANCE: f64 = 1e-8;

@@ -1,6 +1,6 @@
 //! Anti-windup: the gain that feeds the saturated part of the commands back into the controller's states.
 //!
-//! One gain for the entire range is computed from the loops at some frozen speeds by [`lpv::anti_windup`], with the
+//! One gain for the entire range is computed from the loops at some frozen speeds by [`squid_lpv::anti_windup`], with the
 //! lags and the delay of the design. It acts only beyond the limits. For what the certificate proves, and when another
 //! gain replaces it, see [`crate::certify::limits`].
 
@@ -8,13 +8,13 @@ use crate::axis::{Linearisation, VehicleModel};
 use crate::check::sampled::Sampling;
 use crate::error::Error;
 use crate::inputs::design_file::DesignFile;
-use auv::Actuator;
-use lpv::anti_windup::{Aim, LimitedLoop, anti_windup as least_gain, smallest_gains};
-use lpv::controller::Controller;
-use lpv::error::SynthesisError;
-use lpv::matrix::{Mat, block, pseudo_inverse, solve};
 use nalgebra::DVector;
-use signals::{LargestStep, Level};
+use squid_auv::Actuator;
+use squid_lpv::anti_windup::{Aim, LimitedLoop, anti_windup as least_gain, smallest_gains};
+use squid_lpv::controller::Controller;
+use squid_lpv::error::SynthesisError;
+use squid_lpv::matrix::{Mat, block, pseudo_inverse, solve};
+use squid_signals::{LargestStep, Level};
 
 /// The number of evenly spaced speeds: both ends of the range, where the limits differ most.
 pub const SPEEDS: usize = 2;

@@ -3,10 +3,10 @@
 
 use crate::error::Error;
 use crate::inputs::design_file::DesignFile;
-use lpv::anti_windup::follow::following_gain;
-use lpv::controller::Controller;
-use lpv::matrix::to_rows;
-use scheduled::Rows;
+use squid_lpv::anti_windup::follow::following_gain;
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::to_rows;
+use squid_scheduled::Rows;
 
 /// The number of values of rho, evenly spaced from -1 to 1; in between a gain is interpolated.
 const VALUES: usize = 5;

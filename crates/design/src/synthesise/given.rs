@@ -7,15 +7,15 @@ use crate::check::sampled::Sampling;
 use crate::error::{Error, InputError, Refusal};
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
-use auv::Actuator;
-use base::progress::Progress;
-use lpv::analysis::given_loop;
-use lpv::controller::Controller;
-use lpv::matrix::{Mat, spectral_abscissa};
-use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::Design;
-use pid::{Drive, Layout, Pid, Port, Structure, Vehicle};
-use scheduled::{Gain, LftMatrices};
+use squid_auv::Actuator;
+use squid_base::progress::Progress;
+use squid_lpv::analysis::given_loop;
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::{Mat, spectral_abscissa};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::synthesis::Design;
+use squid_pid::{Drive, Layout, Pid, Port, Structure, Vehicle};
+use squid_scheduled::{Gain, LftMatrices};
 
 /// The cascade of a design file for its vehicle.
 ///
@@ -54,7 +54,9 @@ pub fn anti_windup(actuators: &[Actuator], file: &DesignFile) -> Result<Option<M
 pub fn gains(actuators: &[Actuator], file: &DesignFile) -> Result<Vec<Gain>, InputError> {
     let Some(pid) = &file.controller else { return Ok(vec![]) };
     let all = structure(actuators, file, pid)?.gains.into_iter();
-    Ok(all.map(|pid::Gain { name, unit, coefficients, .. }| Gain { name, unit, coefficients }).collect())
+    Ok(all
+        .map(|squid_pid::Gain { name, unit, coefficients, .. }| Gain { name, unit, coefficients })
+        .collect())
 }
 
 /// The matrices of the given controller; `None` for one that is computed.
@@ -144,11 +146,11 @@ pub fn growth(
 
 /// The controller in words: where it is from, its size, and what its commands move.
 fn words(actuators: &[Actuator], pid: &Pid, structure: &Structure) -> String {
-    let command = |(axis, allocation): (usize, &pid::Allocation)| {
+    let command = |(axis, allocation): (usize, &squid_pid::Allocation)| {
         let unit = if allocation.drive == Drive::Deflection { "rad" } else { "N" };
         let moved = actuators.iter().zip(&allocation.outputs).filter(|(_, output)| **output != 0.0);
         let moved: Vec<String> =
-            moved.map(|(a, output)| format!("{} {} {unit}", a.name, auv::rounded(*output))).collect();
+            moved.map(|(a, output)| format!("{} {} {unit}", a.name, squid_auv::rounded(*output))).collect();
         let per = match allocation.drive {
             Drive::Deflection => "per rad",
             Drive::Moment => "per N m",
@@ -173,12 +175,12 @@ fn counted(number: usize, thing: &str) -> String {
     format!("{number} {thing}{plural}")
 }
 
-fn misfit_words(misfit: &pid::Misfit) -> String {
+fn misfit_words(misfit: &squid_pid::Misfit) -> String {
     format!(
         "the polynomial of '{}' differs from its table, linear between the points, by {:.1} % of the largest gain at \
          most, at {} m/s",
         misfit.key,
         100.0 * misfit.relative,
-        auv::rounded(misfit.speed)
+        squid_auv::rounded(misfit.speed)
     )
 }

@@ -3,11 +3,11 @@
 use crate::error::Error;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::rounded_up;
-use lpv::bounded_rate::{SlowOptions, least_gamma};
-use lpv::ladder::{Disorder, Ladder, LadderGain, LadderOptions, ladder};
-use lpv::plant::GeneralisedPlant;
-use lpv::rate::RateOptions;
-use lpv::synthesis::Design;
+use squid_lpv::bounded_rate::{SlowOptions, least_gamma};
+use squid_lpv::ladder::{Disorder, Ladder, LadderGain, LadderOptions, ladder};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::rate::RateOptions;
+use squid_lpv::synthesis::Design;
 use std::fmt::Display;
 use std::time::Instant;
 
@@ -148,8 +148,8 @@ fn contradiction(disorder: &Disorder, speeds: Speeds) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lpv::error::SynthesisError;
-    use lpv::ladder::FrozenGain;
+    use squid_lpv::error::SynthesisError;
+    use squid_lpv::ladder::FrozenGain;
 
     const SPEEDS: Speeds = Speeds { centre: 2.0, half_range: 1.0 };
 

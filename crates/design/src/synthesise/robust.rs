@@ -25,19 +25,19 @@ use crate::uncertain::model::UncertainModel;
 use crate::uncertain::truncate::{Reduction, Truncated, reduced};
 use crate::uncertain::vehicle::{gain, values, vehicle_at};
 use crate::uncertain::{Fidelity, over_range};
-use base::progress::Progress;
-use certificate::Certificate;
-use lpv::analysis::GainBound;
-use lpv::analysis::bounded_gain::{GAMMA_SHARE, balanced_start};
-use lpv::controller::Controller;
-use lpv::matrix::Mat;
-use lpv::mu::sweep::{CLOSEST, bound_over_frequency};
-use lpv::mu::worst_case::{Perturbable, worst_case_gain};
-use lpv::plant::GeneralisedPlant;
-use lpv::robust::{RobustDesign, RobustOptions, Round, UncertainPlant, more_robust};
-use lpv::robust_bound::{RobustBound, RobustLoop};
-use lpv::synthesis::Design;
-use proof::claim::nominal as certificate_of;
+use squid_base::progress::Progress;
+use squid_certificate::Certificate;
+use squid_lpv::analysis::GainBound;
+use squid_lpv::analysis::bounded_gain::{GAMMA_SHARE, balanced_start};
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::Mat;
+use squid_lpv::mu::sweep::{CLOSEST, bound_over_frequency};
+use squid_lpv::mu::worst_case::{Perturbable, worst_case_gain};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::robust::{RobustDesign, RobustOptions, Round, UncertainPlant, more_robust};
+use squid_lpv::robust_bound::{RobustBound, RobustLoop};
+use squid_lpv::synthesis::Design;
+use squid_proof::claim::nominal as certificate_of;
 
 /// The relative back-off from the least gain in each round.
 const BACK_OFF: f64 = 0.05;
@@ -90,7 +90,7 @@ pub struct Searched {
 ///
 /// # Errors
 /// [`Error::Uncertain`] if the design declares no uncertainty; [`Error::Robust`];
-/// [`ProofError::Unproved`](proof::error::ProofError::Unproved).
+/// [`ProofError::Unproved`](squid_proof::error::ProofError::Unproved).
 pub fn robust(
     inputs: &Inputs,
     model: &Model,

@@ -6,7 +6,7 @@
 //!   wd            zd
 //!   +-->[      ]---+        robustly stable while det(I - N11(j omega) Delta) != 0
 //!       [ N(s) ]
-//!   w-->[      ]--> z       w = [r; d], z = [W_e e; W_u u], as in `lpv::tracking`
+//!   w-->[      ]--> z       w = [r; d], z = [W_e e; W_u u], as in `squid_lpv::tracking`
 //! ```
 
 use crate::augment::{LinearModel, augment};
@@ -15,11 +15,11 @@ use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::uncertain::frozen::FrozenUncertain;
 use crate::uncertain::model::UncertainModel;
-use lpv::controller::Controller;
-use lpv::mu::worst_case::Perturbable;
-use lpv::mu::{Block, Structure};
-use lpv::partition::Group::{T, W, Z};
-use lpv::plant::GeneralisedPlant;
+use squid_lpv::controller::Controller;
+use squid_lpv::mu::worst_case::Perturbable;
+use squid_lpv::mu::{Block, Structure};
+use squid_lpv::partition::Group::{T, W, Z};
+use squid_lpv::plant::GeneralisedPlant;
 
 /// The generalised plant of the design, with reference weights of 1, for the uncertain model; its blocks are the
 /// model's repetitions, rho first.

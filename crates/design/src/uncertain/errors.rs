@@ -7,8 +7,8 @@ use crate::uncertain::frozen::FrozenUncertain;
 use crate::uncertain::model::{Block, Uncertain, UncertainModel};
 use crate::uncertain::trim::{random_corners, retrim};
 use crate::uncertain::vehicle::with_gains;
-use auv::{Linearisation, Trim, Vehicle, linearise_with};
-use lpv::matrix::Mat;
+use squid_auv::{Linearisation, Trim, Vehicle, linearise_with};
+use squid_lpv::matrix::Mat;
 
 /// The number of corners of the box at which the models are compared.
 const CORNERS: usize = 40;

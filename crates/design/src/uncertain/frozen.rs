@@ -9,7 +9,7 @@ use crate::uncertain::model::{Block, UncertainModel};
 use crate::uncertain::pencil::{DETAIL, Pencil};
 use crate::uncertain::reduce::minimal;
 use crate::uncertain::trim::{TrimRange, blocks, trim_range};
-use auv::Actuator;
+use squid_auv::Actuator;
 
 /// The uncertain model at one speed, and the data it was made of.
 #[derive(Debug, Clone)]
@@ -17,7 +17,7 @@ pub struct FrozenUncertain {
     /// Speed along the path, m/s.
     pub speed: f64,
     /// The nominal linearisation and its trim.
-    pub nominal: auv::Linearisation,
+    pub nominal: squid_auv::Linearisation,
     /// The range of the trim.
     pub trim_range: TrimRange,
     /// All uncertain parameters, including those without a channel in the model.

@@ -2,9 +2,9 @@
 
 use crate::error::UncertainError;
 use crate::uncertain::model::{Block, Uncertain};
-use auv::{Descriptor, Linearisation, Parameter, Trim, Vehicle};
-use lpv::matrix::{Mat, block};
-use signals::States;
+use squid_auv::{Descriptor, Linearisation, Parameter, Trim, Vehicle};
+use squid_lpv::matrix::{Mat, block};
+use squid_signals::States;
 
 /// Values below this, relative to the equations of motion, are rounding.
 pub(crate) const ROUNDING: f64 = 1e-12;
@@ -145,7 +145,7 @@ pub fn perturbed(vehicle: &Vehicle, blocks: &[Block], delta: &[f64]) -> Vehicle 
 
 /// Units that make the columns of `[M C D]` comparable: inputs in units of their reach.
 pub(crate) fn units(vehicle: &Vehicle, states: usize) -> Mat {
-    let inputs = vehicle.actuators.iter().map(auv::Actuator::reach);
+    let inputs = vehicle.actuators.iter().map(squid_auv::Actuator::reach);
     let all: Vec<f64> = std::iter::repeat_n(1.0, 2 * states).chain(inputs).collect();
     Mat::from_diagonal(&nalgebra::DVector::from_vec(all))
 }
@@ -164,7 +164,7 @@ pub fn coarsen(vehicle: &Vehicle, blocks: &[Block], detail: f64, samples: &mut [
                 rows = block(&[&[&rows], &[&(m * &units / *size)]]);
             }
         }
-        let decomposition = lpv::matrix::svd(&rows);
+        let decomposition = squid_lpv::matrix::svd(&rows);
         let kept = decomposition.s.iter().filter(|s| **s > detail).count();
         let directions = decomposition.v.columns(0, kept).into_owned();
         let projector = &units * &directions * directions.transpose() * &inverse;

@@ -2,10 +2,10 @@
 
 use crate::error::ModelError;
 use crate::uncertain::reduce::runs;
-use auv::{Parameter, Vehicle};
-use lpv::lft::Lft;
-use lpv::matrix::Mat;
-use lpv::plant::channels;
+use squid_auv::{Parameter, Vehicle};
+use squid_lpv::lft::Lft;
+use squid_lpv::matrix::Mat;
+use squid_lpv::plant::channels;
 
 /// An uncertain quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

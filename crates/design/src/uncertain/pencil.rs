@@ -3,10 +3,10 @@
 use crate::error::Error;
 use crate::uncertain::gradients::{Gradients, ROUNDING, units};
 use crate::uncertain::reduce::range_basis;
-use auv::Vehicle;
-use lpv::lft::Lft;
-use lpv::matrix::{Mat, block};
-use lpv::polynomial::MatrixPolynomial;
+use squid_auv::Vehicle;
+use squid_lpv::lft::Lft;
+use squid_lpv::matrix::{Mat, block};
+use squid_lpv::polynomial::MatrixPolynomial;
 
 /// Effects of the trim below this, relative to `[C D]`, are left out: this saves channels, and its error, which is
 /// measured with the rest, is small compared with the uncertainty.
@@ -48,7 +48,9 @@ impl Pencil {
         order: usize,
         detail: f64,
     ) -> Result<Self, Error> {
-        let Some((_, any)) = samples.first() else { return Err(lpv::error::FitError::NoSamples.into()) };
+        let Some((_, any)) = samples.first() else {
+            return Err(squid_lpv::error::FitError::NoSamples.into());
+        };
         let units = units(vehicle, any.nominal.nrows());
         let fit = |of: &dyn Fn(&Gradients) -> Mat| {
             let values: Vec<(f64, Mat, f64)> =
@@ -89,7 +91,8 @@ impl Pencil {
         let r_m = sum.right.columns(0, mass).into_owned();
         let r_c = sum.right.columns(mass, columns - mass).into_owned();
         // M is positive definite, as checked by `Gradients::at`.
-        let bd = lpv::matrix::solve(&self.mass, &sum.left).unwrap_or_else(|| sum.left.clone() * f64::NAN);
+        let bd =
+            squid_lpv::matrix::solve(&self.mass, &sum.left).unwrap_or_else(|| sum.left.clone() * f64::NAN);
         let n = &self.nominal;
         let zero = Mat::zeros(n.size(), sum.size());
         Lft {

@@ -8,8 +8,8 @@
 //! Source: C. L. Beck, J. Doyle, K. Glover, "Model reduction of multidimensional and uncertain systems", IEEE Trans.
 //! Automatic Control 41(10), 1996; C. L. Beck, R. D'Andrea, Automatica 40, 2004 (the subspaces).
 
-use lpv::lft::Lft;
-use lpv::matrix::{Mat, block, svd};
+use squid_lpv::lft::Lft;
+use squid_lpv::matrix::{Mat, block, svd};
 
 /// Directions smaller than this, relative to the largest of their parameter, are rounding.
 const ROUNDING: f64 = 1e-10;
@@ -77,7 +77,7 @@ fn project(lft: &Lft, sizes: &[(usize, f64)]) -> Lft {
             break;
         }
     }
-    let basis = lpv::matrix::diagonal_blocks(&bases.iter().collect::<Vec<_>>());
+    let basis = squid_lpv::matrix::diagonal_blocks(&bases.iter().collect::<Vec<_>>());
     let kept = runs.iter().zip(&bases);
     let channels = kept.flat_map(|(&(p, _, _), own)| std::iter::repeat_n(p, own.ncols())).collect();
     lft.transformed(&basis.transpose(), &basis, channels)

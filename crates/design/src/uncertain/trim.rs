@@ -9,7 +9,7 @@ use crate::error::UncertainError;
 use crate::inputs::Inputs;
 use crate::uncertain::gradients::perturbed;
 use crate::uncertain::model::{Block, Uncertain};
-use auv::{Descriptor, Linearisation, Parameter, Speed, Trim, TrimError, Vehicle, trim_with};
+use squid_auv::{Descriptor, Linearisation, Parameter, Speed, Trim, TrimError, Vehicle, trim_with};
 
 /// The number of random corners of the box at which the vehicle is trimmed, besides the corners along the gradients.
 const RANDOM_CORNERS: usize = 48;

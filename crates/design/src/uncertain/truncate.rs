@@ -15,10 +15,10 @@ use crate::uncertain::closed_loop::uncertain_plant;
 use crate::uncertain::model::{Block, Uncertain, UncertainModel};
 use crate::uncertain::reduce::runs;
 use crate::uncertain::trim::random_corners;
-use auv::Actuator;
-use lpv::lft::Lft;
-use lpv::matrix::{Mat, block, svd};
-use lpv::robust::UncertainPlant;
+use squid_auv::Actuator;
+use squid_lpv::lft::Lft;
+use squid_lpv::matrix::{Mat, block, svd};
+use squid_lpv::robust::UncertainPlant;
 
 /// The extent of a reduction.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -13,9 +13,9 @@ use crate::inputs::Inputs;
 use crate::uncertain::frozen::FrozenUncertain;
 use crate::uncertain::model::{Block, Uncertain};
 use crate::uncertain::trim::retrim;
-use auv::{Vehicle, linearise_with};
-use lpv::controller::Controller;
-use lpv::mu::CMat;
+use squid_auv::{Vehicle, linearise_with};
+use squid_lpv::controller::Controller;
+use squid_lpv::mu::CMat;
 
 /// The parameter values of a perturbation, which repeats each on its channels.
 pub fn values(frozen: &FrozenUncertain, delta: &CMat) -> Vec<f64> {
@@ -43,7 +43,11 @@ pub fn vehicle_at(vehicle: &Vehicle, frozen: &FrozenUncertain, delta: &[f64]) ->
 }
 
 /// A linearisation with the gains of the actuators at their deltas.
-pub(crate) fn with_gains(mut l: auv::Linearisation, blocks: &[Block], delta: &[f64]) -> auv::Linearisation {
+pub(crate) fn with_gains(
+    mut l: squid_auv::Linearisation,
+    blocks: &[Block],
+    delta: &[f64],
+) -> squid_auv::Linearisation {
     let gains = gains(l.b.ncols(), blocks, delta);
     l.b.column_iter_mut().zip(gains).for_each(|(mut column, gain)| column.scale_mut(gain));
     l
@@ -109,7 +113,7 @@ mod tests {
     use super::*;
     use crate::inputs::tests::shipped;
     use crate::uncertain::frozen::at_speed;
-    use auv::{Dynamics, Motion, actuator_force};
+    use squid_auv::{Dynamics, Motion, actuator_force};
 
     const SPEED: f64 = 1.3;
 

@@ -3,11 +3,11 @@
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::verdict::flown::{AT_ONCE, STEP_TIME, flight_from};
-use auv::longitudinal::{PITCH, SIGNALS, SPEED};
 use rayon::prelude::*;
-use scheduled::{ControllerDesign, Manoeuvre, ReferenceLimits};
 use serde::Serialize;
+use squid_auv::longitudinal::{PITCH, SIGNALS, SPEED};
 use squid_flight::flight::Row;
+use squid_scheduled::{ControllerDesign, Manoeuvre, ReferenceLimits};
 
 /// How far a step goes, relative to the way from level flight to the end of the envelope; farther ones are limited to
 /// the same reference.
@@ -64,7 +64,7 @@ impl Beyond {
         else {
             return Ok(vec![]);
         };
-        let table = scheduled::Autopilot::new(controller)?.trim().clone();
+        let table = squid_scheduled::Autopilot::new(controller)?.trim().clone();
         let mut all = vec![];
         for speed in inputs.design.spread(speeds) {
             let forward = table.forward_speed(speed);

@@ -8,10 +8,10 @@ use crate::uncertain::trim::{blocks, random_corners};
 use crate::uncertain::vehicle::gains;
 use crate::verdict::flown::{StepAtSpeed, step_at};
 use rayon::prelude::*;
-use scheduled::ControllerDesign;
 use serde::Serialize;
 use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{Variations, fly_varied, unless_lost};
+use squid_scheduled::ControllerDesign;
 
 /// The random corners at each speed, besides both in which all coefficients are at the same end of their ranges.
 const RANDOM: usize = 10;

@@ -3,12 +3,12 @@
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::inputs::design_file::{DesignFile, Tracked};
-use auv::Actuator;
-use auv::longitudinal::SPEED;
-use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
 use serde::Serialize;
+use squid_auv::Actuator;
+use squid_auv::longitudinal::SPEED;
 use squid_flight::flight::{Flight, fly, unless_lost};
 use squid_flight::metrics::{StepFigures, used_fraction};
+use squid_scheduled::{Autopilot, ControllerDesign, Manoeuvre};
 
 /// The time of the step, and the time flown after it (s), as in the report.
 pub(super) const STEP_TIME: f64 = 1.0;

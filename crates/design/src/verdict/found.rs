@@ -9,10 +9,10 @@ use crate::verdict::flown::{DefaultFlight, StepAtSpeed};
 use crate::verdict::frozen::AtSpeed;
 use crate::verdict::held::Held;
 use crate::verdict::mu::MuAtSpeed;
-use lpv::controller::Controller;
 use rayon::prelude::*;
-use scheduled::ControllerDesign;
 use serde::Serialize;
+use squid_lpv::controller::Controller;
+use squid_scheduled::ControllerDesign;
 
 /// The numbers of evenly spaced speeds at which the figures are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

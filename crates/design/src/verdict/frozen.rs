@@ -8,11 +8,11 @@ use crate::check::margins::Margins;
 use crate::check::sampled::Sampling;
 use crate::error::Error;
 use crate::inputs::Inputs;
-use lpv::analysis::{Exogenous, SampledGain};
-use lpv::controller::Controller;
-use lpv::matrix::eigenvalues;
-use lpv::state_space::HinfNorm;
 use serde::{Serialize, Serializer};
+use squid_lpv::analysis::{Exogenous, SampledGain};
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::eigenvalues;
+use squid_lpv::state_space::HinfNorm;
 
 /// The figures of the loop at a speed. A file has the least margins of [`Flown`], as null if they are infinite or the
 /// loop is unstable.

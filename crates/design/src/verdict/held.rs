@@ -4,12 +4,12 @@ use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::inputs::design_file::Tracked;
 use crate::verdict::flown::{AT_ONCE, STEP_TIME};
-use auv::Load;
-use auv::longitudinal::SPEED;
 use rayon::prelude::*;
-use scheduled::{Autopilot, ControllerDesign, Manoeuvre, OverSpeed, Trim};
 use serde::Serialize;
+use squid_auv::Load;
+use squid_auv::longitudinal::SPEED;
 use squid_flight::flight::{Disturbance, Flight, Row, Spell, Variations, fly_varied, unless_lost};
+use squid_scheduled::{Autopilot, ControllerDesign, Manoeuvre, OverSpeed, Trim};
 use std::f64::consts::{PI, TAU};
 
 /// The load, relative to what the actuators hold.
@@ -190,7 +190,7 @@ pub fn load(inputs: &Inputs, trims: &Trim, forward: f64, sign: f64) -> Option<(u
 
 /// What of the load is not held.
 fn beyond(inputs: &Inputs, axis: usize, held: f64) -> f64 {
-    let auv::Coefficients { weight, buoyancy, z_G, z_B, .. } = inputs.vehicle.coefficients;
+    let squid_auv::Coefficients { weight, buoyancy, z_G, z_B, .. } = inputs.vehicle.coefficients;
     let righting = RIGHTED * (weight * z_G - buoyancy * z_B);
     let more = (FACTOR - 1.0) * held;
     match axis {

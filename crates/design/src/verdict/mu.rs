@@ -4,9 +4,9 @@ use crate::error::{Error, UncertainError};
 use crate::inputs::Inputs;
 use crate::uncertain::closed_loop::uncertain_loop;
 use crate::uncertain::frozen::at_speed;
-use lpv::controller::Controller;
-use lpv::mu::sweep::{FrequencyBound, bound_over_frequency};
 use serde::Serialize;
+use squid_lpv::controller::Controller;
+use squid_lpv::mu::sweep::{FrequencyBound, bound_over_frequency};
 
 /// A bound on mu of the frozen loop in continuous time, over all frequencies, for the declared uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -170,7 +170,7 @@ impl Row {
     pub fn required(&self) -> String {
         let side = if self.sense == Sense::Below { "<" } else { ">" };
         self.limit.map_or_else(String::new, |limit| {
-            format!("{side} {} {}", auv::number(limit), self.unit).trim_end().to_owned()
+            format!("{side} {} {}", squid_auv::number(limit), self.unit).trim_end().to_owned()
         })
     }
 

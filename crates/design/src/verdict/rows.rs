@@ -13,7 +13,7 @@ use crate::verdict::frozen::{AtSpeed, gain_margin};
 use crate::verdict::held::{AFTER, HELD, Held};
 use crate::verdict::mu::MuAtSpeed;
 use crate::verdict::row::{Figure, Outcome, Row, StoredRow};
-use auv::rounded;
+use squid_auv::rounded;
 use std::f64::consts::TAU;
 
 /// Conversion to per cent.
@@ -162,7 +162,7 @@ fn uses(found: &Found) -> Vec<(String, Vec<Figure>)> {
 
 /// The unsaturated rates of actuators relative to their rate limits: above 100 % the rate is saturated.
 fn rates(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
-    let row = |(used, a): (&Use, &auv::Actuator)| {
+    let row = |(used, a): (&Use, &squid_auv::Actuator)| {
         let ((rate, limit), (factor, unit)) = (used.rate.zip(a.rate)?, readable(a.unit()));
         let (value, remark) = match &found.flight.lost {
             Some(reason) => (f64::NAN, reason.clone()),
@@ -267,7 +267,7 @@ fn corners(found: &Found, what: &str, of: impl Fn(&Corners) -> f64) -> Vec<(Stri
 }
 
 fn noise(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
-    let row = |(j, a): (usize, &auv::Actuator)| {
+    let row = |(j, a): (usize, &squid_auv::Actuator)| {
         let rms = |f: &Flown| PER_CENT * f.noise_rms[j] / a.reach();
         (format!("{} under noise, rms", a.name), frozen(found, rms))
     };

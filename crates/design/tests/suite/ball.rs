@@ -1,19 +1,19 @@
 //! The ball around the fit and the fit of the slope of the trim.
 
 use crate::designs::{Made, committed, inputs, made};
-use certificate::ModelError;
-use lpv::matrix::{Mat, block, eigenvalues, from_rows, largest_singular_value, pseudo_inverse};
-use lpv::partition::Group::{U, W, X};
-use lpv::plant::GeneralisedPlant;
-use lpv::polynomial::MatrixPolynomial;
-use proof::claim::parse;
-use proof::same_plant::NEAREST_POLE;
+use squid_certificate::ModelError;
 use squid_design::augment::{LinearModel, augment};
 use squid_design::axis::VehicleModel;
 use squid_design::certify::fit_residual::fit_residual;
 use squid_design::check::frozen_controller;
 use squid_design::fit::Model;
 use squid_design::linearise::TRIM_ROWS;
+use squid_lpv::matrix::{Mat, block, eigenvalues, from_rows, largest_singular_value, pseudo_inverse};
+use squid_lpv::partition::Group::{U, W, X};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::polynomial::MatrixPolynomial;
+use squid_proof::claim::parse;
+use squid_proof::same_plant::NEAREST_POLE;
 
 /// `[A B1 B2]` at rho.
 fn moved(plant: &GeneralisedPlant, rho: f64) -> Mat {

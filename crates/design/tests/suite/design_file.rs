@@ -1,13 +1,13 @@
 //! The design file: every mistake is reported with its line, its key, what was found and what is allowed.
 
-use auv::Pitch;
+use squid_auv::Pitch;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
 use std::path::Path;
 
 fn squid() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/design.toml");
-    base::files::read(&path).unwrap()
+    squid_base::files::read(&path).unwrap()
 }
 
 /// A text of the file, where `*` is any number, because the numbers of a tuned design change.
@@ -269,9 +269,10 @@ fn seas_that_cannot_be_are_refused() {
     }
     let sound = sea("height = 0.2\nperiod = 3.0\nheading = 180.0");
     assert!(parsed(&sound).unwrap().sea.is_some());
-    let vehicle =
-        base::files::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml"))
-            .unwrap();
+    let vehicle = squid_base::files::read(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml"),
+    )
+    .unwrap();
     let (before, after) = vehicle.split_once("\n[geometry]\n").unwrap();
     let (_, after) = after.split_once("\n[").unwrap();
     let found = Inputs::parse(&format!("{before}\n[{after}"), &sound).unwrap_err().to_string();
@@ -280,9 +281,10 @@ fn seas_that_cannot_be_are_refused() {
 
 #[test]
 fn a_relative_weight_is_that_of_an_actuator_of_the_vehicle() {
-    let vehicle =
-        base::files::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml"))
-            .unwrap();
+    let vehicle = squid_base::files::read(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml"),
+    )
+    .unwrap();
     let with = |table: &str| squid().replacen("\n[synthesis]", &format!("\n{table}\n\n[synthesis]"), 1);
     let inputs = Inputs::parse(&vehicle, &with("[control.actuators]\nlower = 3.0")).unwrap();
     let all = inputs.design.control_weight;
@@ -303,7 +305,7 @@ fn a_relative_weight_is_that_of_an_actuator_of_the_vehicle() {
 #[test]
 fn axes_are_read_with_what_stands_outside() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100/design.toml");
-    let text = base::files::read(&path).unwrap();
+    let text = squid_base::files::read(&path).unwrap();
     let read = |text: &str| DesignFile::parse_each(text, "design.toml", "mine");
     let axes = read(&text).unwrap();
     let names: Vec<_> = axes.iter().map(|axis| (axis.axis, axis.name.as_str(), axis.source())).collect();

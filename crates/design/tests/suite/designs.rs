@@ -1,9 +1,6 @@
 //! The designs of the shipped vehicles, each computed once.
 
-use base::progress::Progress;
-use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::Design;
-use proof::claim::Proof;
+use squid_base::progress::Progress;
 use squid_design::augment::augment;
 use squid_design::certify::certify;
 use squid_design::fit::Model;
@@ -12,6 +9,9 @@ use squid_design::inputs::design_file::WorkingSea;
 use squid_design::store::{Stored, load};
 use squid_design::synthesise::synthesise;
 use squid_flight::sea::WaveParameters;
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::synthesis::Design;
+use squid_proof::claim::Proof;
 use squid_sea::{Spectrum, Waves};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,11 +1,8 @@
 //! Requirements on the default designs in flight, frozen at speeds over the range.
 
 use crate::designs::{Made, made};
-use auv::Pitch;
-use auv::longitudinal::{PITCH, SPEED};
-use lpv::controller::Controller;
-use lpv::state_space::StateSpace;
-use scheduled::Manoeuvre;
+use squid_auv::Pitch;
+use squid_auv::longitudinal::{PITCH, SPEED};
 use squid_design::axis::VehicleModel;
 use squid_design::certify::lft_matrices;
 use squid_design::check::flown::Flown;
@@ -13,6 +10,9 @@ use squid_design::check::sampled::Sampling;
 use squid_design::inputs::Inputs;
 use squid_design::store::freeze::{Frozen, frozen, gamma};
 use squid_flight::flight::{Row, fly};
+use squid_lpv::controller::Controller;
+use squid_lpv::state_space::StateSpace;
+use squid_scheduled::Manoeuvre;
 
 /// The loops at five speeds, and the largest rms of each command under noise relative to the allowed one: 4 N, 0.5 deg.
 fn loops(inputs: &Inputs, controller: &Controller) -> (Vec<Flown>, f64) {

@@ -1,15 +1,11 @@
 //! The axis of heading: sway and yaw of REMUS 100, through the whole chain.
 
 use crate::designs::{Made, read_axis};
-use auv::lateral::{HEADING, HEADING_RATE};
-use auv::longitudinal::SPEED;
-use auv::{Current, Parameter, Vehicle, turn};
-use base::progress::Progress;
-use lpv::analysis::given_loop;
-use lpv::matrix::Mat;
-use proof::claim::{nominal, parse, text};
 use rayon::prelude::*;
-use scheduled::{Autopilot, ControllerDesign, Health, Inputs as Ports, Manoeuvre, OverSpeed, Supervisor};
+use squid_auv::lateral::{HEADING, HEADING_RATE};
+use squid_auv::longitudinal::SPEED;
+use squid_auv::{Current, Parameter, Vehicle, turn};
+use squid_base::progress::Progress;
 use squid_design::augment::augment;
 use squid_design::certify::lft_matrices;
 use squid_design::check::coupled::frozen::largest_real_part;
@@ -22,6 +18,12 @@ use squid_design::uncertain::trim::random_corners;
 use squid_flight::flight::{Row, Spell, Variations};
 use squid_flight::sea::Sea;
 use squid_flight::whole::{WholeFlight, fly_whole};
+use squid_lpv::analysis::given_loop;
+use squid_lpv::matrix::Mat;
+use squid_proof::claim::{nominal, parse, text};
+use squid_scheduled::{
+    Autopilot, ControllerDesign, Health, Inputs as Ports, Manoeuvre, OverSpeed, Supervisor,
+};
 use std::path::Path;
 use std::sync::LazyLock;
 

@@ -5,14 +5,14 @@
 //! of mvp, of Psarhadi's simulation of REMUS 100, of DUNE for LAUV, and of lrauv for Tethys. The expected figures were
 //! measured by another program, with another speed loop: they are met within 2 %.
 
-use base::progress::Progress;
-use pid::{Pid, read_file};
+use squid_base::progress::Progress;
 use squid_design::augment::augment;
 use squid_design::error::{Error, Refusal};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::run::{FinishedAxis, run_axis};
 use squid_design::synthesise::{given, synthesise};
+use squid_pid::{Pid, read_file};
 use std::path::Path;
 
 /// The file of pitch gains kp, ki and kd; those of 0 are left out.
@@ -99,7 +99,7 @@ fn a_pid_passes_through_the_chain() {
     if let Some(limits) = proof.certificate.limits() {
         assert_eq!(limits.e, flown);
     }
-    assert!(scheduled::ControllerDesign::from_json(&controller_json(&inputs)).is_ok());
+    assert!(squid_scheduled::ControllerDesign::from_json(&controller_json(&inputs)).is_ok());
 }
 
 /// The frozen controller as it is stored.

@@ -1,7 +1,7 @@
 //! Fewer controller states and channels.
 
 use crate::designs::{committed, inputs};
-use base::progress::Progress;
+use squid_base::progress::Progress;
 use squid_design::inputs::design_file::DesignFile;
 use squid_design::run::{Finished, run};
 use squid_design::verdict::Verdict;

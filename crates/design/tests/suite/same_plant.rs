@@ -1,13 +1,13 @@
 //! Plants of certificates against those of vehicles.
 
 use crate::designs::read;
-use lpv::partition::Group::{T, X};
-use lpv::plant::GeneralisedPlant;
-use proof::claim::plant_rows;
-use proof::error::ProofError;
-use proof::same_plant::check;
 use squid_design::augment::augment;
 use squid_design::fit::Model;
+use squid_lpv::partition::Group::{T, X};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_proof::claim::plant_rows;
+use squid_proof::error::ProofError;
+use squid_proof::same_plant::check;
 
 /// The plant of Squid with a polynomial of this order.
 fn squid(order: usize) -> GeneralisedPlant {

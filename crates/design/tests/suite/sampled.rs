@@ -1,11 +1,11 @@
 //! The proof of the sampled loop, compared with lifting.
 
 use crate::designs::{Made, made};
-use lpv::analysis::{Exogenous, sampled_gain};
-use lpv::direct_path::around;
 use squid_design::augment::augment;
 use squid_design::certify::sampled::sampled;
 use squid_design::check::sampled::trapezoidal;
+use squid_lpv::analysis::{Exogenous, sampled_gain};
+use squid_lpv::direct_path::around;
 
 /// Sampling increases the proved gain by less than 3 %. At constant speeds the plant of the proof, discretised by the
 /// trapezoidal rule, has the gain of the plant itself under a hold, including between the ticks.

@@ -1,8 +1,7 @@
 //! Designs in one folder: with concurrent writers, a reader always gets one complete design.
 
 use crate::designs::read;
-use base::progress::Progress;
-use proof::claim::parse;
+use squid_base::progress::Progress;
 use squid_design::certify::verify;
 use squid_design::error::{Error, StoreError};
 use squid_design::inputs::Inputs;
@@ -10,6 +9,7 @@ use squid_design::run::Finished;
 use squid_design::run::run;
 use squid_design::store;
 use squid_design::store::Stored;
+use squid_proof::claim::parse;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -1,17 +1,9 @@
 //! The uncertain models against the vehicle itself.
 
 use crate::designs::inputs;
-use auv::{Parameter, linearise};
-use lpv::controller::Controller;
-use lpv::lft::Lft;
-use lpv::matrix::{Mat, svd};
-use lpv::mu::margin::real_lower_bound;
-use lpv::mu::sweep::{CLOSEST, bound_over_frequency};
-use lpv::mu::worst_case::Perturbable;
-use lpv::partition::Group::{T, U, X, Y};
-use lpv::state_space::StateSpace;
 use nalgebra::Complex;
 use proptest::prelude::*;
+use squid_auv::{Parameter, linearise};
 use squid_design::augment::{LinearModel, augment};
 use squid_design::axis::Linearisation;
 use squid_design::certify::controller_of;
@@ -27,6 +19,14 @@ use squid_design::uncertain::gradients::perturbed;
 use squid_design::uncertain::model::Uncertain;
 use squid_design::uncertain::model::UncertainModel;
 use squid_design::uncertain::{Fidelity, over_range};
+use squid_lpv::controller::Controller;
+use squid_lpv::lft::Lft;
+use squid_lpv::matrix::{Mat, svd};
+use squid_lpv::mu::margin::real_lower_bound;
+use squid_lpv::mu::sweep::{CLOSEST, bound_over_frequency};
+use squid_lpv::mu::worst_case::Perturbable;
+use squid_lpv::partition::Group::{T, U, X, Y};
+use squid_lpv::state_space::StateSpace;
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -143,8 +143,8 @@ fn mcmillan_degree(left: &Mat, inner: &Mat, right: &Mat) -> usize {
     let (mut seen, mut reached, mut power) = (left.clone(), right.clone(), Mat::identity(n, n));
     for _ in 1..n {
         power = &power * inner;
-        seen = lpv::matrix::block(&[&[&seen], &[&(left * &power)]]);
-        reached = lpv::matrix::block(&[&[&reached, &(&power * right)]]);
+        seen = squid_lpv::matrix::block(&[&[&seen], &[&(left * &power)]]);
+        reached = squid_lpv::matrix::block(&[&[&reached, &(&power * right)]]);
     }
     let s = svd(&(seen * reached)).s;
     s.iter().filter(|v| **v > 1e-11 * s[0]).count()

@@ -2,8 +2,7 @@
 //! be missed.
 
 use crate::designs::committed;
-use auv::longitudinal::{PITCH, SPEED};
-use scheduled::{ControllerDesign, Manoeuvre};
+use squid_auv::longitudinal::{PITCH, SPEED};
 use squid_design::axis::VehicleModel;
 use squid_design::certify::controller_of;
 use squid_design::check::flown::Flown;
@@ -17,6 +16,7 @@ use squid_design::verdict::corners::Corners;
 use squid_design::verdict::found::{Effort, Found};
 use squid_design::verdict::row::{Outcome, Row};
 use squid_flight::flight::{Row as Tick, fly};
+use squid_scheduled::{ControllerDesign, Manoeuvre};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
@@ -36,7 +36,7 @@ static SQUID: LazyLock<(Inputs, Stored, Verdict)> = LazyLock::new(|| {
 /// The same figures, assessed by the limits of a section [require].
 fn judged(section: &str) -> Verdict {
     let (inputs, stored, verdict) = &*SQUID;
-    let text = base::files::read(&folder().join("design.toml")).unwrap() + "\n[require]\n" + section;
+    let text = squid_base::files::read(&folder().join("design.toml")).unwrap() + "\n[require]\n" + section;
     let design = DesignFile::parse(&text, "design.toml", "design").unwrap();
     let inputs = Inputs { design, ..inputs.clone() };
     Verdict::judge(&inputs, stored.controller.gamma.bound, verdict.found.clone())
@@ -65,11 +65,11 @@ fn the_use_of_a_rate_is_that_of_the_plant() {
     let manoeuvre = &inputs.design.manoeuvre;
     let level = inputs.design.level();
     let flight = fly(&inputs.vehicle, &stored.controller, level, manoeuvre).unwrap();
-    let start = auv::Speed::Path(manoeuvre.speed_from);
-    let trim = auv::trim_with(&inputs.vehicle, start, level.0, level.1).unwrap();
-    let mut plant = auv::Plant::new(&inputs.vehicle).unwrap();
+    let start = squid_auv::Speed::Path(manoeuvre.speed_from);
+    let trim = squid_auv::trim_with(&inputs.vehicle, start, level.0, level.1).unwrap();
+    let mut plant = squid_auv::Plant::new(&inputs.vehicle).unwrap();
     plant.start(0.0, &trim).unwrap();
-    let plain = auv::Actuator { rate: None, ..inputs.vehicle.actuators[0].clone() };
+    let plain = squid_auv::Actuator { rate: None, ..inputs.vehicle.actuators[0].clone() };
     let mut most = 0.0_f64;
     for row in &flight.rows {
         plant.set_command(0, row.commands[0]).unwrap();
@@ -122,7 +122,7 @@ fn a_wrong_limit_is_refused_by_line() {
         ("mu = \"one\"", "'require.mu' is the text \"one\"; it must be a number, from 0 to 1000000"),
         ("overshot = 5", "unknown key 'require.overshot' (did you mean 'overshoot'?)"),
     ] {
-        let text = base::files::read(&folder().join("design.toml")).unwrap();
+        let text = squid_base::files::read(&folder().join("design.toml")).unwrap();
         let line = text.matches('\n').count() + 2;
         let text = text + "[require]\n" + section;
         let found = DesignFile::parse(&text, "design.toml", "design").unwrap_err().to_string();

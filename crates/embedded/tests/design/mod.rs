@@ -4,11 +4,11 @@
 pub mod example;
 
 use example::input;
-use scheduled::{
+use squid_scheduled::{
     Actuator, ControllerDesign, ControllerInput, Failsafe, Kind, LftMatrices, OverSpeed, Port,
     ReferenceLimits, Rows, Sensor, Source, TrimTable,
 };
-use signals::Curve;
+use squid_signals::Curve;
 use std::collections::BTreeMap;
 
 /// Numbers that look random, the same ones for a seed (G. Marsaglia, Xorshift RNGs, 2003).

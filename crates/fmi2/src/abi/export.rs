@@ -5,7 +5,7 @@
 /// Only one crate of a binary may do so, hence a crate of its own for each shared library:
 ///
 /// ```text
-/// fmi2::export!(autopilot::Autopilot);
+/// squid_fmi2::export!(autopilot::Autopilot);
 /// ```
 #[macro_export]
 macro_rules! export {

@@ -8,7 +8,7 @@ impl<M: 'static> Variable<M> {
     /// The same variable in a model that contains `M`; name, description and dependencies stay.
     ///
     /// ```
-    /// use fmi2::{Role, Variable};
+    /// use squid_fmi2::{Role, Variable};
     /// struct Thruster { command: f64 }
     /// struct Vehicle { thruster: Thruster }
     ///
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn keeps_what_cannot_be_set_and_the_items() {
-        let methods = model_description::Enumeration::new("mode", "mode", &[("a", "a"), ("b", "b")]);
+        let methods = squid_model_description::Enumeration::new("mode", "mode", &[("a", "a"), ("b", "b")]);
         let mode = Variable::enumeration("mode", "mode", &methods, |m: &Part| m.mode, Role::output());
         let within: Variable<Whole> = mode.embedded(|w: &Whole| &w.part, |w| &mut w.part);
         let whole = Whole { part: Part { gain: 0.5, mode: 2 } };

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use model_description::{Causality, Variability};
+use squid_model_description::{Causality, Variability};
 
 /// Reads a value from a model.
 pub type Get<M, T> = Box<dyn Fn(&M) -> T + Send + Sync>;

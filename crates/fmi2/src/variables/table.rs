@@ -1,6 +1,6 @@
 //! The table of variables at run time: value reference to entry.
 
-use model_description::{Causality, Initial, Kind, ScalarVariable, Variability};
+use squid_model_description::{Causality, Initial, Kind, ScalarVariable, Variability};
 
 use crate::variables::role::Set;
 use crate::variables::values::Value;

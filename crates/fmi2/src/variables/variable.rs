@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-use model_description::{Dependency, DependencyKind, Enumeration, Kind, ScalarVariable, Variability};
+use squid_model_description::{Dependency, DependencyKind, Enumeration, Kind, ScalarVariable, Variability};
 
 use crate::variables::role::{Get, Role, Set};
 
@@ -30,7 +30,7 @@ type MakeAccess<'a, M, T> = &'a dyn Fn(Get<M, T>, Option<Set<M, T>>) -> Access<M
 /// and dependencies. The start value in the XML is what the freshly loaded model returns.
 ///
 /// ```
-/// use fmi2::{Role, Variable};
+/// use squid_fmi2::{Role, Variable};
 /// struct Thruster { force: f64, command: f64 }
 /// type V = Variable<Thruster>;
 /// type R<T> = Role<Thruster, T>;
@@ -147,7 +147,7 @@ impl<M> Variable<M> {
     #[must_use]
     pub fn unit(mut self, name: &str) -> Self {
         if let Kind::Real { unit, display_unit, .. } = &mut self.meta.kind {
-            let read = model_description::Unit::parse(name).ok();
+            let read = squid_model_description::Unit::parse(name).ok();
             *display_unit = read.and_then(|unit| unit.display_units.into_iter().next()).map(|unit| unit.name);
             *unit = Some(name.to_owned());
         }

@@ -5,12 +5,12 @@
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 
-use fmi2::abi::{CallbackFunctions, Component, EventInfo, FmuState, Logger, Status, StatusKind};
-use fmi2::{Interface, Resources, describe};
+use squid_fmi2::abi::{CallbackFunctions, Component, EventInfo, FmuState, Logger, Status, StatusKind};
+use squid_fmi2::{Interface, Resources, describe};
 
 use crate::example::Lag;
 
-fmi2::export!(Lag);
+squid_fmi2::export!(Lag);
 
 #[rustfmt::skip]
 unsafe extern "C" {

@@ -1,8 +1,8 @@
 //! A small model with a variable of each type: a first-order lag, `y' = (gain u - y)/tau`; its `count` ticks once a
 //! second.
 
-use fmi2::model_description::{DefaultExperiment, Enumeration};
-use fmi2::{
+use squid_fmi2::model_description::{DefaultExperiment, Enumeration};
+use squid_fmi2::{
     About, Log, Model, Moment, ResourceError, Resources, Role, SavedState, StateError, Tangents, Variable,
 };
 

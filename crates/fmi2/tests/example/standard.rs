@@ -1,7 +1,7 @@
 //! Which function may be called when, copied from the standard by hand, so that the table of the crate is held
 //! against it.
 
-use fmi2::{Function, Interface, Phase};
+use squid_fmi2::{Function, Interface, Phase};
 
 /// The table of section 4.2.4 of FMI 2.0.4, without the states that do not occur here, and without what needs no
 /// instance.

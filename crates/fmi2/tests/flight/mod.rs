@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "not every test needs everything")]
 
-use fmi2::{Described, Experiment, Failure, Instance, Log, Model, Value};
+use squid_fmi2::{Described, Experiment, Failure, Instance, Log, Model, Value};
 
 #[derive(Default)]
 pub struct Remember(pub Vec<String>);

@@ -5,8 +5,8 @@ use std::ptr::{null, null_mut};
 
 use crate::example::Lag;
 use crate::importer::*;
-use fmi2::abi::{Component, Status};
-use fmi2::{INTERFACE_RESOURCE, Interface, Resources, describe};
+use squid_fmi2::abi::{Component, Status};
+use squid_fmi2::{INTERFACE_RESOURCE, Interface, Resources, describe};
 
 /// Asserts that the last call was refused with one sentence that holds `text`.
 #[track_caller]
@@ -155,7 +155,7 @@ fn refuses_to_instantiate_what_does_not_belong_together() {
 #[test]
 fn damaged_resources_are_noticed() {
     let fmu = unpack();
-    let path = fmi2::path_of(fmu.uri.to_str().unwrap()).unwrap().join("gain.txt");
+    let path = squid_fmi2::path_of(fmu.uri.to_str().unwrap()).unwrap().join("gain.txt");
     std::fs::write(&path, "2.5\n").unwrap();
     assert!(fmu.instantiate(false).is_null());
     assert!(messages()[0].contains("but binary and resources belong to"));
@@ -344,7 +344,7 @@ fn states_survive_as_bytes_and_damaged_or_foreign_ones_are_refused() {
         assert_refused(read(&changed(8)), "has version 18, but only version 2 can be read");
         assert_refused(read(&changed(size / 2)), "its checksum does not fit");
         assert_refused(fmi2DeSerializeFMUstate(c, null(), 9, &mut null_mut()), "'serializedState' is NULL");
-        let exchange = fmu.made_for(fmi2::Interface::ModelExchange, false);
+        let exchange = fmu.made_for(squid_fmi2::Interface::ModelExchange, false);
         assert_refused(
             fmi2DeSerializeFMUstate(exchange, bytes.as_ptr(), size, &mut null_mut()),
             "made for co-simulation, and this one was made for model exchange",
@@ -397,12 +397,12 @@ fn derivatives_are_exact_and_asked_for_where_they_make_sense() {
 #[test]
 fn an_importer_integrates() {
     let fmu = unpack();
-    let c = fmu.made_for(fmi2::Interface::ModelExchange, false);
+    let c = fmu.made_for(squid_fmi2::Interface::ModelExchange, false);
     let (steps, mut state, mut rate) = (2000, 0.0, 0.0);
     unsafe {
         initialise(c);
         assert_eq!(set(c, U, 3.0), Status::Ok);
-        let mut info = fmi2::abi::EventInfo::default();
+        let mut info = squid_fmi2::abi::EventInfo::default();
         assert_eq!(fmi2NewDiscreteStates(c, &mut info), Status::Ok);
         assert_eq!((info.next_event_time_defined, info.next_event_time), (1, 1.0));
         assert_eq!(fmi2EnterContinuousTimeMode(c), Status::Ok);

@@ -5,8 +5,8 @@ use std::ffi::CString;
 use std::ptr::{null, null_mut};
 
 use crate::importer::*;
-use fmi2::Interface;
-use fmi2::abi::{EventInfo, Status};
+use squid_fmi2::Interface;
+use squid_fmi2::abi::{EventInfo, Status};
 
 fn quiet() {
     assert_eq!(messages(), Vec::<String>::new());

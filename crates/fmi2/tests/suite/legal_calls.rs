@@ -6,8 +6,8 @@ use std::ptr::{null, null_mut};
 
 use crate::importer::*;
 use crate::standard::{CO_SIMULATION, MODEL_EXCHANGE, standard};
-use fmi2::abi::{Component, EventInfo, FmuState, Status};
-use fmi2::{Function, Interface, Phase};
+use squid_fmi2::abi::{Component, EventInfo, FmuState, Status};
+use squid_fmi2::{Function, Interface, Phase};
 
 const BOTH: [Interface; 2] = [Interface::ModelExchange, Interface::CoSimulation];
 const COUNT: u32 = 3;

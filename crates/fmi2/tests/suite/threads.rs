@@ -4,13 +4,13 @@ use std::ptr::null_mut;
 
 use crate::example::Lag;
 use crate::importer::*;
-use fmi2::abi::{FmuState, Status};
+use squid_fmi2::abi::{FmuState, Status};
 
 /// A state is there to be read by any number of instances at once.
 #[test]
 fn one_state_serves_instances_in_several_threads() {
     const fn may_be_shared<T: Sync>() {}
-    const { may_be_shared::<fmi2::Snapshot<Lag>>() };
+    const { may_be_shared::<squid_fmi2::Snapshot<Lag>>() };
     let fmu = unpack();
     let owner = fmu.instantiate(false);
     initialise(owner);

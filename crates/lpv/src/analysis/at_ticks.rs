@@ -7,7 +7,7 @@
 //! with zt and z evaluated at m_k. With m_k for x and `(x_(k+1) - x_k)/T` for x' these are the equations of the plant
 //! in continuous time, and since `x_(k+1)' X x_(k+1) - x_k' X x_k = 2 T m_k' X (x_(k+1) - x_k)/T`, an inequality that
 //! bounds the gain of the one for every trajectory of the parameters bounds that of the other for every sequence of
-//! them. A controller discretised by the trapezoidal rule, as by `scheduled::Lft::discretise`, is unchanged in this
+//! them. A controller discretised by the trapezoidal rule, as by `squid_scheduled::Lft::discretise`, is unchanged in this
 //! form.
 //!
 //! There are two differences. The measured state is that at the tick, `x_k = m_k - T/2 x'`, half a sample before m_k.

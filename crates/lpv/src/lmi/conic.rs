@@ -36,7 +36,7 @@ pub(crate) enum Verdict {
 
 impl ConicProgram {
     pub(crate) fn new(program: &Program) -> Self {
-        blas_symbols::link();
+        squid_blas_symbols::link();
         let mut columns: Vec<Vec<(usize, f64)>> = vec![Vec::new(); program.unknowns()];
         let (mut rhs, mut cones, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
         for inequality in &program.inequalities {

@@ -1,10 +1,10 @@
 //! Anti-windup gains, and the regions for which they are proved.
 
-use lpv::anti_windup::follow::following_gain;
-use lpv::anti_windup::{Aim, LimitedLoop, anti_windup, smallest_gains};
-use lpv::matrix::Mat;
-use lpv::system::StateSpace;
 use nalgebra::{DMatrix, DVector, dmatrix};
+use squid_lpv::anti_windup::follow::following_gain;
+use squid_lpv::anti_windup::{Aim, LimitedLoop, anti_windup, smallest_gains};
+use squid_lpv::matrix::Mat;
+use squid_lpv::system::StateSpace;
 
 /// The largest distance from zero at which limits of 1 can stabilise the unstable mode of [`plant`].
 const CONTROLLABLE: f64 = 51.975;

@@ -2,16 +2,16 @@
 
 use crate::common;
 
-use lpv::bounded_rate::{Claim, SlowBound, SlowOptions, finished, intervals, least_gamma, synthesise};
-use lpv::error::RateError;
-use lpv::matrix::{Mat, from_rows, symmetric_eigenvalues};
-use lpv::model_error::LoopError;
-use lpv::partition::{Group, PLANT, names};
-use lpv::plant::{ClosedLoop, GeneralisedPlant};
-use lpv::rate::{RateOptions, rate_bounded_gain, rate_bounded_stability};
-use lpv::synthesis::{Options, synthesise as synthesise_fast};
 use nalgebra::dmatrix;
 use serde_json::Value;
+use squid_lpv::bounded_rate::{Claim, SlowBound, SlowOptions, finished, intervals, least_gamma, synthesise};
+use squid_lpv::error::RateError;
+use squid_lpv::matrix::{Mat, from_rows, symmetric_eigenvalues};
+use squid_lpv::model_error::LoopError;
+use squid_lpv::partition::{Group, PLANT, names};
+use squid_lpv::plant::{ClosedLoop, GeneralisedPlant};
+use squid_lpv::rate::{RateOptions, rate_bounded_gain, rate_bounded_stability};
+use squid_lpv::synthesis::{Options, synthesise as synthesise_fast};
 
 /// `x'' + 0.2 x' + (1 + k theta) x = w`, z = x, as a loop without control: wt = theta x.
 fn oscillator(k: f64) -> ClosedLoop {

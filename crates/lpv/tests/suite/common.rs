@@ -1,10 +1,10 @@
 //! Reads the cases with known answers.
 
-use lpv::matrix::Mat;
-use lpv::partition::{PLANT, names};
-use lpv::plant::GeneralisedPlant;
-use lpv::state_space::StateSpace;
 use serde_json::Value;
+use squid_lpv::matrix::Mat;
+use squid_lpv::partition::{PLANT, names};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::state_space::StateSpace;
 
 /// The case `name` of the repository's `tests/cases`.
 pub fn case(name: &str) -> Value {
@@ -15,7 +15,7 @@ pub fn case(name: &str) -> Value {
 /// A matrix given as a list of rows.
 pub fn matrix(value: &Value) -> Mat {
     let rows: Vec<Vec<f64>> = serde_json::from_value(value.clone()).unwrap();
-    lpv::matrix::from_rows(&rows, rows.first().map_or(0, Vec::len)).unwrap()
+    squid_lpv::matrix::from_rows(&rows, rows.first().map_or(0, Vec::len)).unwrap()
 }
 
 /// The plant of a case of kind `lpvsyn-lft` or `hinfsyn`.

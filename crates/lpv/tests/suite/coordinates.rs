@@ -1,13 +1,13 @@
 //! The least gamma does not depend on coordinates, units or the unit of time, and slow weights do not spoil it.
 
 use crate::common;
-use lpv::error::SynthesisError;
-use lpv::matrix::Mat;
-use lpv::partition::Group::{self, T, U, W, X, Y, Z};
-use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::{Options, ScalingClass, is_least, least_gamma, synthesise};
 use nalgebra::dmatrix;
 use proptest::prelude::*;
+use squid_lpv::error::SynthesisError;
+use squid_lpv::matrix::Mat;
+use squid_lpv::partition::Group::{self, T, U, W, X, Y, Z};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::synthesis::{Options, ScalingClass, is_least, least_gamma, synthesise};
 
 /// One of the plants in a file.
 fn problem(file: &str, name: &str) -> GeneralisedPlant {
@@ -114,7 +114,7 @@ fn only_what_is_out_of_reach_is_called_so() {
 fn equal_oscillators_with_one_input_cannot_be_stabilised() {
     let oscillator = dmatrix![0.1, 1.0; -1.0, 0.1];
     let blocks = [
-        (X, X, lpv::matrix::diagonal_blocks(&[&oscillator, &oscillator])),
+        (X, X, squid_lpv::matrix::diagonal_blocks(&[&oscillator, &oscillator])),
         (X, W, dmatrix![0.0, 0.0; 1.0, 0.0; 0.0, 0.0; 1.0, 0.0]),
         (X, U, dmatrix![0.0; 1.0; 0.0; 1.0]),
         (Z, X, dmatrix![1.0, 0.0, 0.0, 0.0; 0.0, 0.0, 0.0, 0.0]),
@@ -181,7 +181,7 @@ fn thirty_unstable_states() {
         (Y, W, Mat::from_fn(3, 6, |i, j| f64::from(j == i + 3))),
     ];
     let plant = GeneralisedPlant::new(vec![], &blocks).unwrap();
-    let poles = lpv::matrix::eigenvalues(&plant.a());
+    let poles = squid_lpv::matrix::eigenvalues(&plant.a());
     assert!(poles.iter().filter(|pole| pole.re > 0.0).count() >= 10);
     let design = synthesise(&plant, Options::default()).unwrap();
     assert!(design.lower >= 0.999 * design.gamma_optimum);

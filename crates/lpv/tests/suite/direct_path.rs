@@ -2,17 +2,17 @@
 
 use crate::common;
 
-use lpv::controller::Controller;
-use lpv::direct_path::{around, reduce, synthesise};
-use lpv::matrix::{Mat, block};
-use lpv::parameter_grid::parameter_grid;
-use lpv::partition::Group::{T, U, W, X, Y, Z};
-use lpv::partition::{PLANT, Partitioned, Sizes};
-use lpv::plant::GeneralisedPlant;
-use lpv::state_space::StateSpace;
-use lpv::synthesis::{Design, Options};
 use nalgebra::dmatrix;
 use proptest::prelude::*;
+use squid_lpv::controller::Controller;
+use squid_lpv::direct_path::{around, reduce, synthesise};
+use squid_lpv::matrix::{Mat, block};
+use squid_lpv::parameter_grid::parameter_grid;
+use squid_lpv::partition::Group::{T, U, W, X, Y, Z};
+use squid_lpv::partition::{PLANT, Partitioned, Sizes};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::state_space::StateSpace;
+use squid_lpv::synthesis::{Design, Options};
 
 /// The loop of a plant with D22 and a controller by solving all its equations at once for x', xk', z, zt, zk, wt, wk, u
 /// and y.
@@ -126,7 +126,7 @@ const CASES: [&str; 4] = [
 fn a_direct_path_changes_neither_gamma_nor_bound() {
     for name in CASES {
         let plant = common::plant(&common::case(name));
-        let without = lpv::synthesis::synthesise(&plant, Options::default()).unwrap();
+        let without = squid_lpv::synthesis::synthesise(&plant, Options::default()).unwrap();
         let d22 =
             Mat::from_fn(plant.sizes().y, plant.sizes().u, |i, j| 0.3 + 0.5 * i as f64 - 0.2 * j as f64);
         let design = synthesise(&plant, &d22, Options::default()).unwrap();
@@ -157,7 +157,7 @@ fn a_controller_that_a_direct_path_makes_singular_is_changed() {
         (Y, W, dmatrix![0.0, 1.0]),
     ];
     let plant = GeneralisedPlant::new(vec![], &blocks).unwrap();
-    let without = lpv::synthesis::synthesise(&plant, Options::default()).unwrap();
+    let without = squid_lpv::synthesis::synthesise(&plant, Options::default()).unwrap();
     let d22 = dmatrix![-1.0 / without.controller.duy()[(0, 0)]];
     assert!(around(&without.controller, &d22).is_none());
     let design = synthesise(&plant, &d22, Options::default()).unwrap();
@@ -169,7 +169,7 @@ fn a_controller_that_a_direct_path_makes_singular_is_changed() {
 #[test]
 fn a_controller_that_is_singular_within_the_box_gets_lags() {
     let plant = common::plant(&common::case("lpv01_lpvtools_lft_tutorial"));
-    let without = lpv::synthesis::synthesise(&plant, Options::default()).unwrap();
+    let without = squid_lpv::synthesis::synthesise(&plant, Options::default()).unwrap();
     let direct = |theta: f64| without.controller.frozen(&[theta]).unwrap().d[(0, 0)];
     assert!((direct(-1.0) / direct(1.0) - 1.0).abs() > 0.05, "{} {}", direct(-1.0), direct(1.0));
     let d22 = dmatrix![-1.0 / direct(0.5)];

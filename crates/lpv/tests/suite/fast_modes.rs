@@ -2,9 +2,9 @@
 
 use crate::common;
 
-use lpv::partition::Group::{X, Z};
-use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::{Design, Options, synthesise};
+use squid_lpv::partition::Group::{X, Z};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::synthesis::{Design, Options, synthesise};
 
 /// The tutorial plant of LPVTools with one more output: a tenth of the plant's, low-pass filtered at `rate`.
 fn with_filter(rate: f64) -> GeneralisedPlant {

@@ -2,10 +2,10 @@
 
 use crate::common;
 
-use lpv::ladder::{Ladder, LadderError, LadderOptions, ladder};
-use lpv::partition::Group;
-use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::{Options, synthesise};
+use squid_lpv::ladder::{Ladder, LadderError, LadderOptions, ladder};
+use squid_lpv::partition::Group;
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::synthesis::{Options, synthesise};
 
 fn climb(plant: &GeneralisedPlant) -> Ladder {
     let design = synthesise(plant, Options::default()).unwrap();

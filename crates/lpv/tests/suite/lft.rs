@@ -2,11 +2,11 @@
 
 use crate::common;
 
-use lpv::lft::Lft;
-use lpv::matrix::Mat;
-use lpv::polynomial::MatrixPolynomial;
 use nalgebra::dmatrix;
 use proptest::prelude::*;
+use squid_lpv::lft::Lft;
+use squid_lpv::matrix::Mat;
+use squid_lpv::polynomial::MatrixPolynomial;
 
 /// `[[3 + del + eta, del/eta], [7 + rho, rho + del eta]]` of RobustAndOptimalControl.jl's tests, del = 2 +- 1, eta =
 /// 6 +- 1, rho = -1 +- 1.
@@ -43,7 +43,7 @@ fn the_product_and_sum_have_the_published_matrix() {
     let (del, eta, rho) =
         (Lft::parameter(0, 2.0, 1.0), Lft::parameter(1, 6.0, 1.0), Lft::parameter(2, -1.0, 1.0));
     let lft = del.multiply(&eta).add(&rho);
-    let found = lpv::matrix::block(&[&[&lft.inner, &lft.right], &[&lft.left, &lft.constant]]);
+    let found = squid_lpv::matrix::block(&[&[&lft.inner, &lft.right], &[&lft.left, &lft.constant]]);
     assert_eq!(found, common::matrix(&case["expected"]["LFT_of_del_eta_plus_rho"]));
 }
 
@@ -106,11 +106,11 @@ proptest! {
             prop_assert!((p.add(&q).evaluate(&theta).unwrap() - (&x + &y)).amax() < 1e-9);
         }
         if x.nrows() == y.nrows() {
-            let expected = lpv::matrix::block(&[&[&x, &y]]);
+            let expected = squid_lpv::matrix::block(&[&[&x, &y]]);
             prop_assert!((p.concatenated(&q).evaluate(&theta).unwrap() - expected).amax() < 1e-9);
         }
         if x.ncols() == y.ncols() {
-            let expected = lpv::matrix::block(&[&[&x], &[&y]]);
+            let expected = squid_lpv::matrix::block(&[&[&x], &[&y]]);
             prop_assert!((p.stacked(&q).evaluate(&theta).unwrap() - expected).amax() < 1e-9);
         }
     }

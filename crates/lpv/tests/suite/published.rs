@@ -2,16 +2,16 @@
 
 use crate::common;
 
-use lpv::h2;
-use lpv::matrix::Mat;
-use lpv::mixed_sensitivity::{Weights, mixsyn};
-use lpv::mu::synthesis::{MuOptions, musyn};
-use lpv::mu::{Block, Structure};
-use lpv::partition::Group::{self, U, W, X, Y, Z};
-use lpv::plant::GeneralisedPlant;
-use lpv::state_space::StateSpace;
-use lpv::synthesis::{Design, Options, ScalingClass, least_gamma, synthesise};
 use nalgebra::{Complex, dmatrix};
+use squid_lpv::h2;
+use squid_lpv::matrix::Mat;
+use squid_lpv::mixed_sensitivity::{Weights, mixsyn};
+use squid_lpv::mu::synthesis::{MuOptions, musyn};
+use squid_lpv::mu::{Block, Structure};
+use squid_lpv::partition::Group::{self, U, W, X, Y, Z};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::state_space::StateSpace;
+use squid_lpv::synthesis::{Design, Options, ScalingClass, least_gamma, synthesise};
 
 /// The result may be above the optimum by the tolerance, and below it only by rounding.
 fn assert_optimum(name: &str, found: f64, expected: f64, rtol: f64) {
@@ -74,24 +74,31 @@ fn mu_synthesis() {
     let g0 = dmatrix![87.8, -86.4; 108.2, -109.6] / 75.0;
     let (two, zero) = (Mat::identity(2, 2), Mat::zeros(2, 2));
     // States: column, W_I = 0.2 + 1.8 s/(s + 2) without its direct term, W_P = 0.5 + 0.05/(s + 1e-6).
-    let a = lpv::matrix::diagonal_blocks(&[&(&two * (-1.0 / 75.0)), &(&two * -2.0), &(&two * -1e-6)]);
+    let a = squid_lpv::matrix::diagonal_blocks(&[&(&two * (-1.0 / 75.0)), &(&two * -2.0), &(&two * -1e-6)]);
     let parts = [
         (
             X,
             X,
-            a + lpv::matrix::block(&[&[&zero, &zero, &zero], &[&zero, &zero, &zero], &[&two, &zero, &zero]]),
+            a + squid_lpv::matrix::block(&[
+                &[&zero, &zero, &zero],
+                &[&zero, &zero, &zero],
+                &[&two, &zero, &zero],
+            ]),
         ),
-        (X, W, lpv::matrix::block(&[&[&g0, &zero], &[&zero, &zero], &[&zero, &two]])),
-        (X, U, lpv::matrix::block(&[&[&g0], &[&two], &[&zero]])),
+        (X, W, squid_lpv::matrix::block(&[&[&g0, &zero], &[&zero, &zero], &[&zero, &two]])),
+        (X, U, squid_lpv::matrix::block(&[&[&g0], &[&two], &[&zero]])),
         (
             Z,
             X,
-            lpv::matrix::block(&[&[&zero, &(&two * -3.6), &zero], &[&(&two * 0.5), &zero, &(&two * 0.05)]]),
+            squid_lpv::matrix::block(&[
+                &[&zero, &(&two * -3.6), &zero],
+                &[&(&two * 0.5), &zero, &(&two * 0.05)],
+            ]),
         ),
-        (Z, W, lpv::matrix::block(&[&[&zero, &zero], &[&zero, &(&two * 0.5)]])),
-        (Z, U, lpv::matrix::block(&[&[&(&two * 2.0)], &[&zero]])),
-        (Y, X, lpv::matrix::block(&[&[&-&two, &zero, &zero]])),
-        (Y, W, lpv::matrix::block(&[&[&zero, &-&two]])),
+        (Z, W, squid_lpv::matrix::block(&[&[&zero, &zero], &[&zero, &(&two * 0.5)]])),
+        (Z, U, squid_lpv::matrix::block(&[&[&(&two * 2.0)], &[&zero]])),
+        (Y, X, squid_lpv::matrix::block(&[&[&-&two, &zero, &zero]])),
+        (Y, W, squid_lpv::matrix::block(&[&[&zero, &-&two]])),
     ];
     let plant = GeneralisedPlant::new(vec![], &parts).unwrap();
     let blocks = vec![Block::Complex(1), Block::Complex(1), Block::Full { rows: 2, cols: 2 }];

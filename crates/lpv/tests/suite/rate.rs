@@ -2,12 +2,12 @@
 
 use crate::common;
 
-use lpv::error::SynthesisError;
-use lpv::matrix::Mat;
-use lpv::rate::{RateBound, RateError, RateOptions, rate_bounded_gain, rate_bounded_stability};
-use lpv::state_space::StateSpace;
 use nalgebra::dmatrix;
 use serde_json::Value;
+use squid_lpv::error::SynthesisError;
+use squid_lpv::matrix::Mat;
+use squid_lpv::rate::{RateBound, RateError, RateOptions, rate_bounded_gain, rate_bounded_stability};
+use squid_lpv::state_space::StateSpace;
 
 type Samples = Vec<(f64, StateSpace)>;
 

@@ -2,14 +2,14 @@
 
 use crate::common;
 
-use lpv::controller::Controller;
-use lpv::matrix::Mat;
-use lpv::parameter_grid::parameter_grid;
-use lpv::partition::Group::{T, X};
-use lpv::plant::GeneralisedPlant;
-use lpv::reduce::{Reductions, reduce, without_fast_modes};
-use lpv::synthesis::{Design, Options, synthesise};
 use nalgebra::Complex;
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::Mat;
+use squid_lpv::parameter_grid::parameter_grid;
+use squid_lpv::partition::Group::{T, X};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::reduce::{Reductions, reduce, without_fast_modes};
+use squid_lpv::synthesis::{Design, Options, synthesise};
 
 #[test]
 fn a_reduced_controller_keeps_the_limit_on_its_fastest_mode() {

@@ -2,12 +2,12 @@
 
 use crate::common;
 
-use lpv::matrix::Mat;
-use lpv::partition::Group::{U, W, X, Y, Z};
-use lpv::plant::GeneralisedPlant;
-use lpv::regularise::Regularisation;
-use lpv::synthesis::{Design, Options, is_least, synthesise};
 use nalgebra::dmatrix;
+use squid_lpv::matrix::Mat;
+use squid_lpv::partition::Group::{U, W, X, Y, Z};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::regularise::Regularisation;
+use squid_lpv::synthesis::{Design, Options, is_least, synthesise};
 
 /// The plant with the added outputs and disturbances, as a reader of the remark would add them.
 fn with(p: &GeneralisedPlant, added: &Regularisation) -> GeneralisedPlant {

@@ -2,13 +2,13 @@
 
 use crate::common;
 
-use lpv::analysis::Exogenous::{Any, Held};
-use lpv::analysis::{SampledGain, sampled_gain};
-use lpv::matrix::{Mat, block, symmetric_function};
-use lpv::partition::Group::{U, W, X, Y, Z};
-use lpv::plant::GeneralisedPlant;
-use lpv::state_space::StateSpace;
 use nalgebra::dmatrix;
+use squid_lpv::analysis::Exogenous::{Any, Held};
+use squid_lpv::analysis::{SampledGain, sampled_gain};
+use squid_lpv::matrix::{Mat, block, symmetric_function};
+use squid_lpv::partition::Group::{U, W, X, Y, Z};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::state_space::StateSpace;
 
 /// The published bounds, in their digits.
 #[test]

@@ -1,13 +1,13 @@
 //! Controllers of fixed structure: published plants with static output feedback, and scheduled loops.
 
 use crate::common;
-use lpv::controller::Controller;
-use lpv::matrix::Mat;
-use lpv::partition::Group::{T, U, W, X, Y, Z};
-use lpv::plant::GeneralisedPlant;
-use lpv::structured::{STARTS, Structure, bound, minimax, tune};
-use lpv::synthesis::{Options, synthesise};
 use nalgebra::dmatrix;
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::Mat;
+use squid_lpv::partition::Group::{T, U, W, X, Y, Z};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::structured::{STARTS, Structure, bound, minimax, tune};
+use squid_lpv::synthesis::{Options, synthesise};
 
 fn published(name: &str) -> GeneralisedPlant {
     common::plant(&common::case(&format!("compleib/compleib_{name}")))

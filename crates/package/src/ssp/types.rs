@@ -1,8 +1,8 @@
 //! Connectors, and the units in the files of an SSP: every file defines those that it refers to (element `Units`, SSP
 //! 1.0).
 
-use model_description::element::{NONE, Xml, leaf, parent};
-use model_description::{Causality, Kind, ModelDescription, ScalarVariable, Unit};
+use squid_model_description::element::{NONE, Xml, leaf, parent};
+use squid_model_description::{Causality, Kind, ModelDescription, ScalarVariable, Unit};
 use std::collections::BTreeSet;
 use std::io;
 

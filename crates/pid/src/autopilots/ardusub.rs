@@ -14,7 +14,7 @@ use crate::autopilots::source::{Numbers, Source, rounded};
 use crate::file::Pid;
 use crate::gain::Role;
 use crate::refusal::not_allowed;
-use auv::toml_file::FileError;
+use squid_auv::toml_file::FileError;
 
 /// The gain of the angle, and of the rate on its error and on the integral of that.
 const ANGLE: &str = "ATC_ANG_PIT_P";
@@ -91,7 +91,7 @@ fn read(source: &Source<'_>, missing: &Missing) -> Result<Read, FileError> {
         if let Some(Numbers { line, values, .. }) = source.optional(key, 1)?
             && values[0] != 0.0
         {
-            return source.refuse(line, key, auv::number(values[0]), format!("0: {why}"));
+            return source.refuse(line, key, squid_auv::number(values[0]), format!("0: {why}"));
         }
     }
     let Some(full) = missing.full_output else {
@@ -123,7 +123,7 @@ pub(crate) fn import(text: &str, file: &str, missing: &Missing) -> Result<Import
     let [ka, kp, ki] = [&angle, &rate, &integral].map(|numbers| numbers.values[0]);
     acts(&source, ki)?;
     let mut found = Import::new(&LAW);
-    let words = [ka, kp, ki, full].map(auv::number);
+    let words = [ka, kp, ki, full].map(squid_auv::number);
     let of = |what: &str, all: &[(&str, &str, usize)]| {
         let each: Vec<String> =
             all.iter().map(|(key, value, line)| format!("{key} = {value} (line {line})")).collect();
@@ -179,7 +179,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
     }
     let ratio = 4.0 * kd * ki / (k * k);
     if ratio > 1.0 + 1e-9 {
-        let (found, most) = (auv::rounded(ki), auv::rounded(k * k / (4.0 * kd)));
+        let (found, most) = (squid_auv::rounded(ki), squid_auv::rounded(k * k / (4.0 * kd)));
         let allowed = format!(
             "at most kp^2/(4 kd) = {most} N.m/(rad.s): a P loop around a PI of the rate has no more integral than that"
         );
@@ -193,7 +193,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
     let Some(weight) = possible.iter().find(|weight| (*weight - asked).abs() <= WEIGHT) else {
         let allowed: Vec<String> = possible.iter().map(|weight| format!("{weight:.6}")).collect();
         let allowed = format!("{}: with these kp, ki and kd that of ArduSub's cascade", allowed.join(" or "));
-        return refuse("reference_weight", line, auv::number(asked), allowed);
+        return refuse("reference_weight", line, squid_auv::number(asked), allowed);
     };
     let ka = weight * k / kd;
     let new = [

@@ -10,7 +10,7 @@ use crate::autopilots::form::{
 use crate::autopilots::source::{Numbers, Source, converted};
 use crate::file::Pid;
 use crate::gain::{Role, of_pitch};
-use auv::toml_file::FileError;
+use squid_auv::toml_file::FileError;
 
 /// kp, ki and kd of pitch and of depth; the moment of a fin, N m/rad.
 const PITCH: &str = "[Control.AUV.Attitude] Pitch PID Gains";
@@ -160,7 +160,7 @@ fn read(source: &Source<'_>, others: bool) -> Result<Read, FileError> {
         }
         None => (DEFAULT_EFFECT, "the default of DUNE".into()),
     };
-    let effect_words = format!("fins = 0.5 m/{} (Fin effect M, {said})", auv::number(effect));
+    let effect_words = format!("fins = 0.5 m/{} (Fin effect M, {said})", squid_auv::number(effect));
     Ok(Read { pitch, depth: source.optional(DEPTH, 3)?, fins: DEFAULT_EFFECT / effect, effect: effect_words })
 }
 
@@ -172,8 +172,11 @@ pub(crate) fn import(text: &str, file: &str, _: &Missing) -> Result<Import, File
     let units = |role| Drive::Deflection.units(role);
     let roles = [("kp", Role::Proportional), ("ki", Role::Integral), ("kd", Role::Derivative)];
     for ((key, role), value) in roles.into_iter().zip(&pitch.values) {
-        let from =
-            format!("line {}, 'Pitch PID Gains': {key} = {}; {effect}", pitch.line, auv::number(*value));
+        let from = format!(
+            "line {}, 'Pitch PID Gains': {key} = {}; {effect}",
+            pitch.line,
+            squid_auv::number(*value)
+        );
         found.gain(("pitch", key), converted(*value, fins), &units(role), from);
     }
     if let Some(depth) = depth.filter(|depth| depth.values[0] > 0.0) {
@@ -216,7 +219,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, _: &Missing) -> Result<E
     match (&depth, plain.depth) {
         (Some(depth), Some([kp, ki])) if depth.values[2] == 0.0 => new.push((depth, vec![kp, ki, 0.0])),
         (Some(depth), Some(_)) => {
-            let found = format!("with kd = {}", auv::number(depth.values[2]));
+            let found = format!("with kd = {}", squid_auv::number(depth.values[2]));
             return source.refuse(depth.line, DEPTH, found, format!("with kd = 0 here: {NO_DEPTH}"));
         }
         (None, Some(_)) => {

@@ -6,7 +6,7 @@ use crate::autopilots::source::{Change, Source, decimal};
 use crate::file::Pid;
 use crate::gain::{Given, Law, Role, Unit, of_force, of_pitch};
 use crate::refusal::not_allowed;
-use auv::toml_file::FileError;
+use squid_auv::toml_file::FileError;
 
 /// What a file of an autopilot does not say.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -260,7 +260,7 @@ pub(crate) fn no_weight(pid: &Pid) -> Result<(), FileError> {
         return Ok(());
     }
     let allowed = "1, or left out: kp of this autopilot acts on the error itself";
-    Err(not_allowed(&pid.file, pid.turn.line, key, auv::number(weight), allowed))
+    Err(not_allowed(&pid.file, pid.turn.line, key, squid_auv::number(weight), allowed))
 }
 
 /// Refuses a depth loop.
@@ -295,7 +295,9 @@ fn number(pid: &Pid, given: Option<&Given>, units: &[Unit]) -> Result<f64, FileE
     let (coefficients, _) = given.coefficients(&pid.file, units, (0.0, 1.0))?;
     match coefficients[..] {
         [value] if value > 0.0 => Ok(value),
-        [value] => refuse(auv::number(value), "above 0, or left out: gains of this autopilot are positive"),
+        [value] => {
+            refuse(squid_auv::number(value), "above 0, or left out: gains of this autopilot are positive")
+        }
         _ => refuse("a function of speed".into(), CONSTANT),
     }
 }

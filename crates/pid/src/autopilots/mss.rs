@@ -9,7 +9,7 @@ use crate::autopilots::form::{
 use crate::autopilots::source::{Numbers, Source};
 use crate::file::Pid;
 use crate::gain::Role;
-use auv::toml_file::FileError;
+use squid_auv::toml_file::FileError;
 
 /// The gains: name, key of `[controller.pitch]`, and what it multiplies.
 const KEYS: [(&str, &str, Role); 3] = [

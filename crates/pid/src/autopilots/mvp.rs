@@ -10,8 +10,8 @@ use crate::autopilots::source::{Entry, Numbers, Source};
 use crate::file::Pid;
 use crate::gain::{Role, of_force};
 use crate::refusal::{not_allowed, refused};
-use auv::toml_file::{FileError, FileProblem};
 use saphyr_parser::{Event, Parser};
+use squid_auv::toml_file::{FileError, FileProblem};
 
 /// The gains of a degree of freedom: its key, that of `[controller]`, and what it multiplies.
 const KEYS: [(&str, &str, Role); 3] =
@@ -184,7 +184,7 @@ fn acts(source: &Source<'_>, mode: &str, freedom: &str, ki: f64) -> Result<(), F
         return Ok(());
     }
     let line = source.value(&key)?.map_or(1, |(line, _)| line);
-    let found = format!("{} with i_max {high} and i_min {low}", auv::number(ki));
+    let found = format!("{} with i_max {high} and i_min {low}", squid_auv::number(ki));
     source.refuse(
         line,
         &key,

@@ -1,7 +1,7 @@
 //! A file of an autopilot: its values with their places, so that numbers change and every other byte stays.
 
 use crate::refusal::{not_allowed, refused};
-use auv::toml_file::{FileError, FileProblem};
+use squid_auv::toml_file::{FileError, FileProblem};
 use std::ops::Range;
 
 /// A value of a file.

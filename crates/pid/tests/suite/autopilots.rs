@@ -2,9 +2,9 @@
 
 use crate::structure::{SPEED, close, response};
 use nalgebra::Complex;
-use pid::Drive;
-use pid::autopilots::{Autopilot, Import, Missing, export, import};
 use proptest::prelude::*;
+use squid_pid::Drive;
+use squid_pid::autopilots::{Autopilot, Import, Missing, export, import};
 
 /// The gains for LAUV, as in etc/auv/control.ini of DUNE.
 const DUNE: &str = "[Control.AUV.Speed]\nMPS PID Gains                           = 0.0, 25.0, 0.0\n\n\
@@ -58,14 +58,14 @@ fn read(autopilot: Autopilot, text: &str) -> Result<Import, String> {
 
 /// The gains as `pitch.kp`, value, unit.
 fn gains(found: &Import) -> Vec<(String, f64, &'static str)> {
-    let gain = |gain: &pid::autopilots::Imported| {
+    let gain = |gain: &squid_pid::autopilots::Imported| {
         (format!("{}.{}", gain.table, gain.key), gain.value, gain.unit.unwrap_or_default())
     };
     found.gains.iter().map(gain).collect()
 }
 
 fn written(autopilot: Autopilot, controller: &str, text: &str) -> Result<String, String> {
-    let pid = pid::read_file(controller, "mine.toml").unwrap();
+    let pid = squid_pid::read_file(controller, "mine.toml").unwrap();
     let done = export(autopilot, &pid, text, "theirs", &missing(autopilot));
     done.map(|done| done.text).map_err(|error| error.to_string())
 }
@@ -209,8 +209,8 @@ fn what_was_read_is_written_as_it_was() {
 /// The text without the numbers of the gains.
 fn frame(
     text: &str,
-    changes: &[pid::autopilots::Change],
-    of: fn(&pid::autopilots::Change) -> &str,
+    changes: &[squid_pid::autopilots::Change],
+    of: fn(&squid_pid::autopilots::Change) -> &str,
 ) -> String {
     let mut lines: Vec<String> = text.split('\n').map(str::to_owned).collect();
     for change in changes.iter().rev() {
@@ -243,7 +243,7 @@ proptest! {
                 pitch += &format!("reference_weight = {weight}\n");
             }
             let speed = SPEED.replace("30.0", &surge.to_string());
-            let pid = pid::read_file(&controller(&pitch, &speed), "mine.toml").unwrap();
+            let pid = squid_pid::read_file(&controller(&pitch, &speed), "mine.toml").unwrap();
             let done = export(autopilot, &pid, &text, "theirs", &missing(autopilot)).unwrap();
             let found = gains(&read(autopilot, &done.text).unwrap());
             let mut expected = vec![kp, ki, kd];
@@ -413,7 +413,7 @@ fn what_cannot_be_written_is_refused() {
     // An integral that the limits of the file hold at 0.
     let integral = format!("{moments}ki = {{ value = 0.5, unit = \"N.m/(rad.s)\" }}\n");
     let hold = Missing { mode: Some("hold".into()), ..missing(Mvp) };
-    let pid = pid::read_file(&controller(&integral, ""), "mine.toml").unwrap();
+    let pid = squid_pid::read_file(&controller(&integral, ""), "mine.toml").unwrap();
     let found = export(Mvp, &pid, MVP, "theirs", &hold).unwrap_err().to_string();
     assert!(found.starts_with("theirs:10: 'control_modes.hold.pitch.i' is 0.5 with i_max 0"), "{found}");
     let found = written(ArduSub, &controller(&integral, ""), &ARDUSUB.replace("0.444", "0")).unwrap_err();

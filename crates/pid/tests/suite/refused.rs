@@ -1,7 +1,7 @@
 //! What is refused: each message names file, line, key, what was found, and what is allowed.
 
 use crate::vehicles::{layout, made};
-use pid::Layout;
+use squid_pid::Layout;
 
 const GOOD: &str = "[controller]\nkind = \"pid\"\n[controller.pitch]\nkp = { value = 5.0, unit = \"rad/rad\" }\n\
     ki = { value = 0.3, unit = \"1/s\" }\nkd = { value = 2.0, unit = \"s\" }\n[controller.speed]\n\

@@ -1,8 +1,8 @@
 //! The controller of a cascade against its equations.
 
 use crate::vehicles::{SCHEDULING, layout, made, vehicle};
-use lpv::matrix::Mat;
 use nalgebra::Complex;
+use squid_lpv::matrix::Mat;
 
 pub const SPEED: &str =
     "[controller.speed]\nkp = { value = 30.0, unit = \"N.s/m\" }\nki = { value = 10.0, unit = \"N/m\" }\n";
@@ -19,7 +19,7 @@ pub fn response(
     let controller = made(name, &layout, text).unwrap().controller();
     let g = controller.frozen(&[rho]).unwrap().response(Complex::new(0.0, omega)).unwrap();
     let scales: Vec<f64> = layout.references.iter().chain(&layout.measurements).map(|p| p.scale).collect();
-    let reach: Vec<f64> = vehicle(name).actuators.iter().map(auv::Actuator::reach).collect();
+    let reach: Vec<f64> = vehicle(name).actuators.iter().map(squid_auv::Actuator::reach).collect();
     (0..reach.len()).map(|i| (0..scales.len()).map(|j| g[(i, j)] * reach[i] / scales[j]).collect()).collect()
 }
 
@@ -159,7 +159,7 @@ fn anti_windup_is_back_calculation() {
     );
     let structure = made("remus100", &layout("pitch"), &text).unwrap();
     let gain = structure.anti_windup();
-    let reach: Vec<f64> = vehicle("remus100").actuators.iter().map(auv::Actuator::reach).collect();
+    let reach: Vec<f64> = vehicle("remus100").actuators.iter().map(squid_auv::Actuator::reach).collect();
     // States in units of the pitch and the speed measurement, 0.1 and 0.5; the planes act with the sign -1.
     for (state, actuator, unit, ki, sign) in [(0, 1, 0.1, 0.4, -1.0), (1, 0, 0.5, 10.0, 1.0)] {
         let fall = ki * unit * gain[(state, actuator)] / (sign * reach[actuator]);

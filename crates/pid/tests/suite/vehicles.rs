@@ -1,7 +1,7 @@
 //! Vehicles and signals of the tests.
 
-use auv::Vehicle;
-use pid::{Layout, Port, Structure};
+use squid_auv::Vehicle;
+use squid_pid::{Layout, Port, Structure};
 
 /// The range of speed, by its centre and half range.
 pub const SCHEDULING: (f64, f64) = (1.8, 0.4);
@@ -27,9 +27,9 @@ pub fn layout(tracked: &'static str) -> Layout {
 
 /// The cascade of a text for a vehicle, or the message of what is wrong with it.
 pub fn made(name: &str, layout: &Layout, text: &str) -> Result<Structure, String> {
-    let file = pid::read_file(text, "mine.toml").map_err(|error| error.to_string())?;
+    let file = squid_pid::read_file(text, "mine.toml").map_err(|error| error.to_string())?;
     let vehicle = vehicle(name);
-    let of = pid::Vehicle {
+    let of = squid_pid::Vehicle {
         actuators: &vehicle.actuators,
         speed_given: false,
         layout,

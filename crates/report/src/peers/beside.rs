@@ -8,7 +8,7 @@ use crate::peers::survival::fleet;
 use crate::peers::{ON_THE_PAGE, at_speed, on_ramp, on_the_page, speeds};
 use crate::subject::Subject;
 use crate::threads::in_parallel;
-use auv::longitudinal::{DEPTH, PITCH, SPEED};
+use squid_auv::longitudinal::{DEPTH, PITCH, SPEED};
 use squid_design::certify::claims::bound;
 use squid_design::inputs::Inputs;
 use squid_design::verdict::row::{Outcome, Row};
@@ -35,7 +35,7 @@ pub fn check(first: &Inputs, other: &Inputs) -> Result<(), Error> {
         }
     }
     let differs = |((key, ours, unit), (_, theirs, _)): ((&str, f64, &str), (&str, f64, &str))| {
-        let [shown, other] = [ours, theirs].map(auv::rounded);
+        let [shown, other] = [ours, theirs].map(squid_auv::rounded);
         let file = first.design.source();
         (ours != theirs).then(|| format!("'{key}' is {other} {unit}, and {shown} {unit} in {file}"))
     };

@@ -3,9 +3,9 @@
 use crate::error::Error;
 use crate::peers::law::{Law, fly};
 use crate::subject::Subject;
-use auv::Current;
-use auv::longitudinal::{PITCH, SPEED};
-use auv::only;
+use squid_auv::Current;
+use squid_auv::longitudinal::{PITCH, SPEED};
+use squid_auv::only;
 use squid_design::check::flown::GUST;
 use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{Course, Demand, Disturbance, Row};
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
 
     /// The first signals; the others are 0.
-    fn signals_of(first: [f64; 2]) -> auv::Each<f64> {
+    fn signals_of(first: [f64; 2]) -> squid_auv::Each<f64> {
         std::array::from_fn(|place| first.get(place).copied().unwrap_or_default())
     }
 

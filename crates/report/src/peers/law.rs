@@ -3,13 +3,13 @@
 
 use crate::error::Error;
 use crate::subject::Subject;
-use auv::Vehicle;
-use auv::longitudinal::SPEED;
-use lpv::matrix::{Mat, block, diagonal_blocks};
-use lpv::state_space::StateSpace;
-use scheduled::{Autopilot, Inputs};
+use squid_auv::Vehicle;
+use squid_auv::longitudinal::SPEED;
 use squid_design::check::sampled::trapezoidal;
 use squid_flight::flight::{Course, Demand, Flight, LawOutput, Sampling, fly_course, used};
+use squid_lpv::matrix::{Mat, block, diagonal_blocks};
+use squid_lpv::state_space::StateSpace;
+use squid_scheduled::{Autopilot, Inputs};
 use std::collections::VecDeque;
 
 /// The limits of each command minus its trim at a tick, in units of reach.
@@ -57,7 +57,7 @@ pub struct Blended {
 impl Blended {
     /// The controllers for the speeds of the subject; `None` if the synthesis fails at one of them.
     pub fn new(subject: &Subject) -> Option<Self> {
-        let sampled = |alone: &Result<lpv::synthesis::Design, _>| {
+        let sampled = |alone: &Result<squid_lpv::synthesis::Design, _>| {
             let k = alone.as_ref().ok()?.controller.frozen(&[]).ok()?;
             trapezoidal(&k, subject.inputs.design.sample_time).ok()
         };

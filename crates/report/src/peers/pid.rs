@@ -2,11 +2,11 @@
 
 use crate::peers::law::{Law, Limits, RunningLaw, between};
 use crate::subject::Subject;
-use auv::Actuator;
-use auv::longitudinal::{PITCH, SPEED, turning};
-use lpv::matrix::{Mat, pseudo_inverse};
-use lpv::state_space::StateSpace;
+use squid_auv::Actuator;
+use squid_auv::longitudinal::{PITCH, SPEED, turning};
 use squid_design::axis::Linearisation;
+use squid_lpv::matrix::{Mat, pseudo_inverse};
+use squid_lpv::state_space::StateSpace;
 
 /// The gains at one speed. The outputs are demanded accelerations, of pitch (rad/s^2) and forward (m/s^2).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,7 +69,7 @@ impl Inputs {
             size: p + design.measured.len(),
             reference: (reference, design.tracked[reference].scale),
             pitch: measured(PITCH)?,
-            rate: measured(auv::longitudinal::place("pitch_rate")?)?,
+            rate: measured(squid_auv::longitudinal::place("pitch_rate")?)?,
             speed: if subject.speed_is_given() { None } else { Some(measured(SPEED)?) },
         })
     }

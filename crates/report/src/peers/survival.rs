@@ -3,9 +3,9 @@
 use crate::error::Error;
 use crate::peers::law::{Law, fly};
 use crate::subject::Subject;
-use auv::Vehicle;
-use auv::longitudinal::PITCH;
-use auv::only;
+use squid_auv::Vehicle;
+use squid_auv::longitudinal::PITCH;
+use squid_auv::only;
 use squid_design::error::UncertainError;
 use squid_design::uncertain::trim::{blocks, random_corners, retrim};
 use squid_design::uncertain::vehicle::gains;

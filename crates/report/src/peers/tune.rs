@@ -7,12 +7,12 @@ use crate::peers::law::{Law, Scheduled};
 use crate::peers::pid::{Gains, Pid};
 use crate::subject::Subject;
 use crate::threads::in_parallel;
-use auv::longitudinal::SPEED;
 use cobyla::{Func, RhoBeg, StopTols, minimize};
-use lpv::weights::ReferenceModel;
+use squid_auv::longitudinal::SPEED;
 use squid_design::axis::Linearisation;
 use squid_design::axis::VehicleModel;
 use squid_design::check::flown::opened;
+use squid_lpv::weights::ReferenceModel;
 use std::cell::{Cell, RefCell};
 
 /// The peak sensitivity and the noise response of a loop at one speed.

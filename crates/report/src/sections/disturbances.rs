@@ -8,17 +8,17 @@ use crate::page::{Axis, Chart, Curve, Figure, Part, capital};
 use crate::peers::law::{Scheduled, fly};
 use crate::sections::steps;
 use crate::subject::{SHOWN, STEP_TIME, Subject};
-use auv::Current;
-use auv::EachTracked;
-use lpv::matrix::largest_complex_singular_value;
-use lpv::state_space::StateSpace;
 use nalgebra::Complex;
-use signals::Signal;
+use squid_auv::Current;
+use squid_auv::EachTracked;
 use squid_design::axis::Linearisation;
 use squid_design::check::flown::GUST;
 use squid_design::check::sampled::trapezoidal;
 use squid_design::numbers::readable;
 use squid_flight::flight::{Course, Demand, Disturbance, Flight};
+use squid_lpv::matrix::largest_complex_singular_value;
+use squid_lpv::state_space::StateSpace;
+use squid_signals::Signal;
 use std::f64::consts::PI;
 
 /// Start of the horizontal current (s).

@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, Table, known, percent, tidy};
 use crate::subject::Subject;
-use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED};
-use scheduled::{Autopilot, OverSpeed, Trim};
+use squid_auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED};
+use squid_scheduled::{Autopilot, OverSpeed, Trim};
 
 /// Indices of the keys of the figure.
 const END: usize = 0;
@@ -220,7 +220,7 @@ fn ends(subject: &Subject, place: usize) -> Result<Table, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use base::progress::Progress;
+    use squid_base::progress::Progress;
     use squid_design::inputs::Inputs;
     use squid_design::store::load;
     use std::path::Path;

@@ -3,15 +3,15 @@
 use crate::error::Error;
 use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table, extent};
 use crate::subject::Subject;
-use auv::longitudinal::{STATES, turning};
-use lpv::matrix::{Mat, eigenvalues};
-use lpv::polynomial::MatrixPolynomial;
 use nalgebra::Complex;
-use signals::States;
+use squid_auv::longitudinal::{STATES, turning};
 use squid_design::axis::VehicleModel;
 use squid_design::fit::frequency;
 use squid_design::linearise::stacked;
 use squid_design::numbers::readable;
+use squid_lpv::matrix::{Mat, eigenvalues};
+use squid_lpv::polynomial::MatrixPolynomial;
+use squid_signals::States;
 
 /// The compared orders.
 const ORDERS: [usize; 2] = [1, 2];

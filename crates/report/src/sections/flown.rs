@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, Table};
 use crate::subject::Subject;
-use auv::Actuator;
+use squid_auv::Actuator;
 use squid_design::check::flown::{DURATION, Flown, GUST};
 use squid_design::check::margins::Margins;
 use squid_design::numbers::readable;

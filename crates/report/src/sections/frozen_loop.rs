@@ -3,13 +3,13 @@
 
 use crate::error::Error;
 use crate::subject::Subject;
-use lpv::controller::Controller;
-use lpv::matrix::largest_complex_singular_value;
-use lpv::state_space::StateSpace;
-use lpv::weights::ReferenceModel;
 use nalgebra::{Complex, DMatrix};
 use squid_design::axis::Linearisation;
 use squid_design::check::sampled::{Interconnection, trapezoidal};
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::largest_complex_singular_value;
+use squid_lpv::state_space::StateSpace;
+use squid_lpv::weights::ReferenceModel;
 use std::f64::consts::PI;
 
 /// Approximate time between the points of a drawn response (s).
@@ -189,8 +189,8 @@ const GONE: f64 = 1e-2;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lpv::matrix::Mat;
     use nalgebra::dmatrix;
+    use squid_lpv::matrix::Mat;
 
     /// A loop with one output and error feedback, so that S = 1 - T.
     fn of_first_output(system: StateSpace, sample_time: Option<f64>) -> FrozenLoop {

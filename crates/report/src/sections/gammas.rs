@@ -3,11 +3,11 @@
 use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, Table};
 use crate::subject::Subject;
-use lpv::ladder::{Ladder, LadderOptions, ladder};
-use lpv::matrix::Mat;
-use lpv::rate::{RateOptions, rate_bounded_gain_from};
-use proof::claim::parse;
 use squid_design::numbers::rounded_up;
+use squid_lpv::ladder::{Ladder, LadderOptions, ladder};
+use squid_lpv::matrix::Mat;
+use squid_lpv::rate::{RateOptions, rate_bounded_gain_from};
+use squid_proof::claim::parse;
 
 /// Number of speeds at which the finished loop is analysed; fewer than in `squid design --ladder`, to save time.
 const SAMPLES: usize = 9;
@@ -79,7 +79,7 @@ fn lyapunov(subject: &Subject) -> Option<Mat> {
     let text = subject.stored.certificate.as_ref().ok()?;
     let certificate = parse(text, "certificate.json").ok()?;
     let gain = certificate.gain()?;
-    let matrix = |rows: &certificate::Rows| Mat::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j]);
+    let matrix = |rows: &squid_certificate::Rows| Mat::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j]);
     let factor = || gain.v.as_ref().map(|v| matrix(v).transpose() * matrix(v));
     gain.x.as_ref().map(matrix).or_else(factor)
 }

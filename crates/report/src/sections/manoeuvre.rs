@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, capital};
 use crate::subject::Subject;
-use auv::longitudinal::{DEPTH, PITCH, SPEED};
+use squid_auv::longitudinal::{DEPTH, PITCH, SPEED};
 use squid_flight::flight::{Row, fly};
 
 /// The section on the design's manoeuvre: pitch, speed and commands over time.

@@ -4,11 +4,11 @@ use crate::error::Error;
 use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table};
 use crate::sections::frozen_loop::FrozenLoop;
 use crate::subject::Subject;
-use lpv::controller::Controller;
-use lpv::weights::TrackingWeight;
 use nalgebra::Complex;
 use squid_design::axis::Linearisation;
 use squid_design::numbers::above;
+use squid_lpv::controller::Controller;
+use squid_lpv::weights::TrackingWeight;
 
 /// 1/|W_e| at a frequency.
 fn allowed(weight: &TrackingWeight, omega: f64) -> f64 {

@@ -9,8 +9,8 @@ use crate::peers::course::speed_step;
 use crate::peers::law::{Scheduled, fly};
 use crate::sections::envelope::Envelope;
 use crate::subject::{FLOWN, STEP_TIME, Subject, shown};
-use auv::EachTracked;
-use auv::longitudinal::SPEED;
+use squid_auv::EachTracked;
+use squid_auv::longitudinal::SPEED;
 use squid_design::numbers::readable;
 use squid_flight::flight::{Course, Demand, Disturbance, Flight, Row};
 
@@ -51,7 +51,7 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
             caption: format!(
                 "Steps of the {} of {name} by {} m/s, towards the middle of the range, at six speeds.",
                 subject.wanted_speed(),
-                auv::rounded(speed_step(subject, subject.speeds[0]))
+                squid_auv::rounded(speed_step(subject, subject.speeds[0]))
             ),
             ..figure(subject, subject.speed_keys(), &faster, until)
         }));
@@ -110,7 +110,7 @@ pub fn figure(subject: &Subject, mut keys: Vec<Key>, flights: &[Flight], until: 
         let mut drawn = curves(&|r, _| factor * r.commands[j]);
         let (near, far) = limits_near(&drawn, [actuator.min, actuator.max].map(|limit| factor * limit));
         drawn.extend(near.into_iter().map(|v| Curve { key: limits, points: vec![(0.0, v), (until, v)] }));
-        let beyond: Vec<String> = far.into_iter().map(auv::rounded).collect();
+        let beyond: Vec<String> = far.into_iter().map(squid_auv::rounded).collect();
         let beyond = match beyond.len() {
             0 => String::new(),
             1 => format!(", limit {}", beyond[0]),

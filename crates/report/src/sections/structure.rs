@@ -4,7 +4,7 @@
 use crate::error::Error;
 use crate::page::{Diagram, Part};
 use crate::subject::Subject;
-use lpv::partition::Sizes;
+use squid_lpv::partition::Sizes;
 
 /// The section on the structure of the loop.
 ///
@@ -15,8 +15,8 @@ pub fn structure(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (centre, half_range) = subject.inputs.design.scheduling();
     let words = format!(
         "Theta = rho I, rho = (V - {})/{}, the speed V in m/s. In brackets: how many signals a wire has.",
-        auv::rounded(centre),
-        auv::rounded(half_range)
+        squid_auv::rounded(centre),
+        squid_auv::rounded(half_range)
     );
     Ok(vec![
         Part::Words(words),

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::page::Part;
 use crate::subject::Subject;
-use certificate::Theorem;
+use squid_certificate::Theorem;
 use squid_design::certify::limits::ClaimedStep;
 
 /// The scope of the theorem, and other places where it is proved.

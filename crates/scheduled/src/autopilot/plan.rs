@@ -8,7 +8,7 @@ use crate::design::Port;
 use crate::ports::Inputs;
 use crate::source::Sources;
 use crate::{Actuator, ControllerDesign, DesignError, Kind, Lft, Matrix, Trim};
-use signals::Level;
+use squid_signals::Level;
 
 /// The constant part of an autopilot.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "not every test needs everything")]
 
-use scheduled::*;
+use squid_scheduled::*;
 use std::f64::consts::FRAC_PI_2;
 
 /// The places of the signals.

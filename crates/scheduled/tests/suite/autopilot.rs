@@ -2,7 +2,7 @@
 
 use crate::example::{self, PITCH, SIGNALS, SPEED, TRACKED};
 use proptest::prelude::*;
-use scheduled::{Autopilot, Inputs, TickError};
+use squid_scheduled::{Autopilot, Inputs, TickError};
 use std::sync::LazyLock;
 
 static CRUISE: LazyLock<Inputs> = LazyLock::new(|| inputs([-0.01, 1.749], [-0.01, 1.749]));

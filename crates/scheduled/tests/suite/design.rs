@@ -2,8 +2,8 @@
 
 use crate::example::{self, HEAVE, PITCH, RATE, SPEED};
 use proptest::prelude::*;
-use scheduled::{ControllerDesign, Kind, Level};
-use signals::Curve;
+use squid_scheduled::{ControllerDesign, Kind, Level};
+use squid_signals::Curve;
 
 #[test]
 fn reads_back_what_it_wrote() {

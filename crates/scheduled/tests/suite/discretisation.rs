@@ -1,7 +1,7 @@
 //! Discretisation preserves the frozen frequency response, and ticks compute what the matrices define.
 use nalgebra::{Complex, DMatrix, DVector};
 use proptest::prelude::*;
-use scheduled::{Lft, LftController, LftMatrices, Matrix, Rows};
+use squid_scheduled::{Lft, LftController, LftMatrices, Matrix, Rows};
 
 type ComplexMatrix = DMatrix<Complex<f64>>;
 
@@ -154,5 +154,5 @@ fn a_pole_at_two_over_t_is_rejected() {
     };
     let lft = Lft::from_rows(&matrices, 1, 1).unwrap();
     assert!(lft.discretise(0.25).is_ok());
-    assert!(matches!(lft.discretise(0.5), Err(scheduled::DesignError::TooFast { .. })));
+    assert!(matches!(lft.discretise(0.5), Err(squid_scheduled::DesignError::TooFast { .. })));
 }

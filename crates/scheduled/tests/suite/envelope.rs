@@ -2,7 +2,7 @@
 
 use crate::example::{self, DEPTH, PITCH, SPEED};
 use proptest::prelude::*;
-use scheduled::*;
+use squid_scheduled::*;
 use std::collections::BTreeMap;
 
 /// The ends of the pitch over the three rows of the trim table.

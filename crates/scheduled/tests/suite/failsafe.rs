@@ -1,7 +1,7 @@
 //! When a sensor is lost, when it is believed again, and what is refused in the frozen design.
 
 use crate::example::{self, DEPTH, PITCH, SPEED};
-use scheduled::*;
+use squid_scheduled::*;
 
 /// A design whose sensors of pitch and speed are judged; nothing at rest changes.
 fn design() -> ControllerDesign {

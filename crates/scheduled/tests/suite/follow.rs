@@ -3,7 +3,7 @@
 use crate::example::{self, DEPTH, PITCH, SPEED};
 use nalgebra::{DMatrix, dmatrix};
 use proptest::prelude::*;
-use scheduled::*;
+use squid_scheduled::*;
 
 /// Two states, three actuators; the state acts on the commands through Cu alone, and the gain is its pseudo-inverse.
 fn design() -> ControllerDesign {

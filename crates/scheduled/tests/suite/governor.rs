@@ -2,7 +2,7 @@
 
 use crate::example::{self, PITCH, SPEED};
 use proptest::prelude::*;
-use scheduled::*;
+use squid_scheduled::*;
 
 /// Ticks in [`HELD`].
 const HELD_TICKS: usize = 50;

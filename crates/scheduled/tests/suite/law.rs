@@ -2,7 +2,7 @@
 
 use crate::example::{self, DEPTH, HEAVE, PITCH, RATE, SPEED, level};
 use proptest::prelude::*;
-use scheduled::*;
+use squid_scheduled::*;
 use std::sync::LazyLock;
 
 static CRUISE: LazyLock<Inputs> = LazyLock::new(|| Inputs {

@@ -2,7 +2,7 @@
 
 use crate::example;
 use nalgebra::{DMatrix, DVector, dmatrix};
-use scheduled::*;
+use squid_scheduled::*;
 
 const GAIN: [[f64; 3]; 2] = [[-0.3, 0.2, 0.1], [0.4, -0.1, 0.5]];
 

@@ -2,7 +2,7 @@
 
 use crate::example::{DEPTH, PITCH, RATE, SPEED};
 use crate::supervised::{Flown, design, level};
-use scheduled::*;
+use squid_scheduled::*;
 
 const TICK: f64 = 0.02;
 

@@ -3,7 +3,7 @@
 
 use crate::example::{self, DEPTH, PITCH, RATE, SPEED};
 use proptest::prelude::*;
-use scheduled::*;
+use squid_scheduled::*;
 
 /// The limits of the references: range of pitch and of speed, rate of speed and of depth.
 const PITCHES: [f64; 2] = [-0.5, 0.5];

@@ -14,12 +14,12 @@ use crate::error::Error;
 use crate::knob::three_digits;
 use crate::range::{ACCELERATION_FRACTION, DEPTH, FREQUENCY_TIMES_LAG, range};
 use crate::start::{DELAY_MARGIN_IF_UNSTABLE, ROLL_OFF, SHORT_LAG, UNSTABLE};
-use auv::{LATERAL, Lateral, Pitch, Vehicle};
-use scheduled::OverSpeed;
+use squid_auv::{LATERAL, Lateral, Pitch, Vehicle};
 use squid_design::axis::VehicleModel;
 use squid_design::check::flown::GUST;
 use squid_design::inputs::design_file::DesignFile;
 use squid_design::inputs::{Inputs, of_view};
+use squid_scheduled::OverSpeed;
 use std::f64::consts::E;
 
 /// The step and the scale of heading, deg.
@@ -154,7 +154,7 @@ impl Yaw {
             speed,
             reason: reason.to_string(),
         })?;
-        let of = |(place, one): (usize, &auv::Actuator)| {
+        let of = |(place, one): (usize, &squid_auv::Actuator)| {
             let yaws = yawing.actuators.iter().any(|other| other.name == one.name);
             let now = found.straight.actuators[place];
             let reach = (one.max - now).min(now - one.min).max(0.0);

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::start::heading::{Beside, start_heading};
 use crate::start::start;
-use auv::Vehicle;
+use squid_auv::Vehicle;
 use squid_design::inputs::design_file::DesignFile;
 
 /// The text of a first design file with all axes that a vehicle has: pitch and speed, and heading where it can be

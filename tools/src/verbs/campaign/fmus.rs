@@ -2,8 +2,8 @@
 
 use crate::error::Error;
 use crate::verbs::plot::{read_record, rows, wrong};
-use auv::longitudinal;
 use serde_json::{Map, Value, json};
+use squid_auv::longitudinal;
 use squid_campaign::flight::Row;
 use squid_campaign::plan::{Drawn, Plan};
 use squid_design::uncertain::model::{Block, Uncertain};

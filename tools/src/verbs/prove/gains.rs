@@ -2,12 +2,12 @@
 
 use crate::error::Error;
 use crate::output::{answer, note, say, say_whole};
-use auv::{Actuator, Vehicle};
-use base::files::{read, write};
 use clap::{Args, Subcommand, ValueEnum};
-use pid::Drive;
-use pid::autopilots::{Autopilot, Import, Missing, export, import};
 use serde_json::json;
+use squid_auv::{Actuator, Vehicle};
+use squid_base::files::{read, write};
+use squid_pid::Drive;
+use squid_pid::autopilots::{Autopilot, Import, Missing, export, import};
 use std::path::{Path, PathBuf};
 
 #[allow(missing_docs)] // Doc comments here are the help.
@@ -103,7 +103,7 @@ impl How {
             return Err(Error::Argument { name, found: "given".into(), allowed });
         }
         if let Some(moment) = full_output.filter(|moment| !(*moment > 0.0 && moment.is_finite())) {
-            let (found, allowed) = (auv::number(moment), "above 0 (N.m)".into());
+            let (found, allowed) = (squid_auv::number(moment), "above 0 (N.m)".into());
             return Err(Error::Argument { name: "--full-output", found, allowed });
         }
         let autopilot = match format {
@@ -141,7 +141,7 @@ pub fn run(verb: &GainsVerb) -> Result<(), Error> {
         }
         GainsVerb::Export { controller, how, into } => {
             let (autopilot, missing) = how.checked()?;
-            let pid = pid::read_file(&read(controller)?, &controller.display().to_string())?;
+            let pid = squid_pid::read_file(&read(controller)?, &controller.display().to_string())?;
             write_into(autopilot, &pid, into, &missing)
         }
     }
@@ -171,10 +171,15 @@ fn imported(found: &Import, file: &str, out: Option<&Path>) -> Result<(), Error>
 }
 
 /// Replaces the gains in a file.
-fn write_into(autopilot: Autopilot, pid: &pid::Pid, into: &Path, missing: &Missing) -> Result<(), Error> {
+fn write_into(
+    autopilot: Autopilot,
+    pid: &squid_pid::Pid,
+    into: &Path,
+    missing: &Missing,
+) -> Result<(), Error> {
     let (text, name) = (read(into)?, into.display().to_string());
     let found = export(autopilot, pid, &text, &name, missing)?;
-    let unreadable = |reason| base::files::Error::Unreadable { path: name.clone(), reason };
+    let unreadable = |reason| squid_base::files::Error::Unreadable { path: name.clone(), reason };
     // A byte order mark stays, and so does a link to the file.
     let target = into.canonicalize().map_err(unreadable)?;
     let mut bytes = std::fs::read(&target).map_err(unreadable)?;
@@ -204,6 +209,7 @@ fn hint(vehicle: &Path) -> Result<Option<String>, Error> {
     let moment = |actuator: &Actuator| (actuator.force(0.0, 1.0)[2] * actuator.reach()).abs();
     let thrusters = vehicle.actuators.iter().filter(|actuator| actuator.unit() == "N");
     let all: f64 = thrusters.map(moment).sum();
-    let words = format!("all thrusters of {} at their limits give {} N.m", vehicle.name, auv::rounded(all));
+    let words =
+        format!("all thrusters of {} at their limits give {} N.m", vehicle.name, squid_auv::rounded(all));
     Ok((all > 0.0).then_some(words))
 }

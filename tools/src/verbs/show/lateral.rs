@@ -1,8 +1,8 @@
 //! Sway, roll and yaw in `squid show`.
 
 use super::tables::{modes, table};
-use auv::{Actuator, Lateral, Turn, Vehicle};
 use serde_json::{Value, json};
+use squid_auv::{Actuator, Lateral, Turn, Vehicle};
 use squid_design::numbers::{decimals, readable};
 
 /// The actuators that act out of the vertical plane, with their places.

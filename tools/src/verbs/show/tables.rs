@@ -2,15 +2,15 @@
 
 use crate::error::Error;
 use crate::output::COLUMNS;
-use auv::{Linearisation, Vehicle};
-use lpv::controller::Controller;
-use lpv::matrix::Mat;
 use nalgebra::Complex;
-use scheduled::Gamma;
+use squid_auv::{Linearisation, Vehicle};
 use squid_design::augment::augment;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::{above, decimals, readable};
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::Mat;
+use squid_scheduled::Gamma;
 
 /// The columns of the name of a row.
 const HEAD: usize = 8;
@@ -32,7 +32,7 @@ pub fn speed(vehicle: &Vehicle, l: &Linearisation) -> String {
         out += &format!("  {:<18} {:>9} {unit}\n", actuator.name, decimals(factor * value, 4));
     }
     let names: Vec<&str> = vehicle.actuators.iter().map(|a| a.name.as_str()).collect();
-    let of_all = |of: fn(&signals::State) -> &'static str| l.states.iter().map(of).collect::<Vec<_>>();
+    let of_all = |of: fn(&squid_signals::State) -> &'static str| l.states.iter().map(of).collect::<Vec<_>>();
     let states = of_all(|state| state.symbol);
     out += &format!("\nA, x = [{}] in {}\n", states.join(" "), of_all(|state| state.unit).join(", "));
     out += &table(&l.a, &states, &states);

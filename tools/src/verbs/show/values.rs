@@ -1,13 +1,13 @@
 //! What `squid show --json` prints: the numbers of the tables, in SI units.
 
 use crate::error::Error;
-use lpv::controller::Controller;
-use lpv::matrix::to_rows;
-use scheduled::Gamma;
 use serde_json::{Value, json};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::uncertain::{Fidelity, over_range};
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::to_rows;
+use squid_scheduled::Gamma;
 
 /// The residuals of the fits, and the size of the LFT.
 pub fn fit(model: &Model) -> Value {

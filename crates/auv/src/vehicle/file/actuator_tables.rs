@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use signals::Curve;
+use squid_signals::Curve;
 
 use crate::motion::dynamics::add;
 use crate::toml_file::{FileProblem, Table, cited};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use signals::{COMMAND_UNITS, Curve, POINTS};
+use squid_signals::{COMMAND_UNITS, Curve, POINTS};
 
 use crate::toml_file::{Table, cited};
 use crate::vehicle::allowed::Allowed;

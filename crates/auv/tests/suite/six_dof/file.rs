@@ -1,7 +1,7 @@
 //! What a vehicle file says of sway, roll and yaw, and what stands for the rest.
 
 use super::*;
-use auv::Effect;
+use squid_auv::Effect;
 
 fn refused(text: &str) -> String {
     Vehicle::parse(text, "v.toml").unwrap_err().to_string()
@@ -111,7 +111,7 @@ fn the_upper_thrusters_of_squid_yaw_it_and_leave_the_plane_alone() {
     let [sway, roll, moment] = yaw.lateral_force(2.0, 7.3);
     let arm = 0.2 * 60.0_f64.to_radians().sin();
     assert!((moment - 2.0 * arm * 7.3).abs() < 1e-14 && (sway, roll) == (0.0, 0.0), "{sway} {roll} {moment}");
-    assert_eq!(auv::LATERAL.vehicle(&vehicle).actuators, std::slice::from_ref(yaw));
+    assert_eq!(squid_auv::LATERAL.vehicle(&vehicle).actuators, std::slice::from_ref(yaw));
     let plane: Vec<String> = vehicle.in_plane().actuators.into_iter().map(|one| one.name).collect();
     assert_eq!(plane, ["lower", "upper_port", "upper_starboard"]);
 }

@@ -7,7 +7,7 @@ mod upright;
 mod waves;
 
 use crate::common::{text, whole};
-use auv::{Dynamics, Motion, Vehicle, actuator_force, lateral_actuator_force};
+use squid_auv::{Dynamics, Motion, Vehicle, actuator_force, lateral_actuator_force};
 
 /// The text of the file of the REMUS 100 with more lines below the headers of its sections.
 fn with(lines: &[(&str, &str)]) -> String {

@@ -1,8 +1,8 @@
 //! The equations of motion: another implementation, symmetries, energy.
 
 use super::*;
-use auv::{COEFFICIENTS, Coefficients, Dual64, Effect, Hull, Scalar, Subsystem};
 use proptest::prelude::*;
+use squid_auv::{COEFFICIENTS, Coefficients, Dual64, Effect, Hull, Scalar, Subsystem};
 use std::sync::LazyLock;
 
 /// Another implementation of the same equations, with the full mass matrix.
@@ -183,9 +183,10 @@ fn power(vehicle: &Vehicle, motion: &Motion, outputs: &[f64]) -> (f64, f64) {
 #[test]
 fn energy_stays_without_damping() {
     let mut vehicle = remus();
-    let acts =
-        |spec: &&auv::CoefficientSpec| ["lift", "damping"].contains(&spec.section) || spec.key == "X_uu";
-    for spec in auv::COEFFICIENTS.iter().filter(acts) {
+    let acts = |spec: &&squid_auv::CoefficientSpec| {
+        ["lift", "damping"].contains(&spec.section) || spec.key == "X_uu"
+    };
+    for spec in squid_auv::COEFFICIENTS.iter().filter(acts) {
         (spec.set)(&mut vehicle.coefficients, 0.0);
     }
     let lost = |steps: usize| {

@@ -1,8 +1,8 @@
 //! Steady turns, and the linear motion about them.
 
 use super::*;
-use auv::{Current, Lateral, Pitch, Plant, State, Turn, linearise_turn, turn};
 use nalgebra::{Complex, DMatrix, DVector};
+use squid_auv::{Current, Lateral, Pitch, Plant, State, Turn, linearise_turn, turn};
 
 const DEPTH: f64 = 0.0;
 
@@ -45,7 +45,7 @@ fn turns_are_alike_to_both_sides_and_end_in_the_trim() {
     for (a, b) in numbers(mirrored).iter().zip(numbers(starboard.motion)) {
         assert!((a - b).abs() < 1e-12, "{port:?} {starboard:?}");
     }
-    let level = auv::trim(&vehicle, auv::Speed::Path(1.7), DEPTH).unwrap();
+    let level = squid_auv::trim(&vehicle, squid_auv::Speed::Path(1.7), DEPTH).unwrap();
     let straight = steady(&vehicle, 1.7, 0.0);
     assert!((straight.motion.theta - level.pitch).abs() < 1e-12 && straight.radius().is_infinite());
     for (a, b) in straight.actuators.iter().zip(&level.actuators) {
@@ -103,7 +103,7 @@ fn a_free_turn_is_that_of_another_implementation() {
 
 /// A flight from level trim at 1.54 m/s in a current, with the rudder at each of these angles for as long \[rad, s\].
 fn flown(vehicle: &Vehicle, rudder: &[f64], current: Current, duration: f64) -> State {
-    let level = auv::trim(vehicle, auv::Speed::Path(1.54), DEPTH).unwrap();
+    let level = squid_auv::trim(vehicle, squid_auv::Speed::Path(1.54), DEPTH).unwrap();
     let mut plant = Plant::new(vehicle).unwrap();
     plant.set_current(current).unwrap();
     plant.start(0.0, &level).unwrap();
@@ -139,7 +139,7 @@ fn currents_carry_and_both_sides_are_alike() {
     let mut whole = Plant::new(&vehicle).unwrap();
     for plant in [&mut planar, &mut whole] {
         let vehicle = if plant.actuators().len() == 2 { vehicle.in_plane() } else { vehicle.clone() };
-        plant.start(0.0, &auv::trim(&vehicle, auv::Speed::Path(1.54), DEPTH).unwrap()).unwrap();
+        plant.start(0.0, &squid_auv::trim(&vehicle, squid_auv::Speed::Path(1.54), DEPTH).unwrap()).unwrap();
         plant.set_command(1, 0.1).unwrap();
         (1..=500).for_each(|tick| plant.advance(f64::from(tick) * 0.02).unwrap());
     }
@@ -154,9 +154,9 @@ fn currents_carry_and_both_sides_are_alike() {
 #[test]
 fn with_level_flight_held_heading_moves_by_its_linear_model() {
     let vehicle = whole("remus100");
-    let level = auv::trim(&vehicle.in_plane(), auv::Speed::Path(1.54), DEPTH).unwrap();
-    let level = auv::Trim { actuators: vec![0.0], ..level };
-    let mut yawing = auv::LATERAL.vehicle(&vehicle);
+    let level = squid_auv::trim(&vehicle.in_plane(), squid_auv::Speed::Path(1.54), DEPTH).unwrap();
+    let level = squid_auv::Trim { actuators: vec![0.0], ..level };
+    let mut yawing = squid_auv::LATERAL.vehicle(&vehicle);
     yawing.actuators[0].lag = 0.0;
     let mut plant = Plant::new(&yawing).unwrap();
     plant.start(0.0, &level).unwrap();
@@ -165,7 +165,7 @@ fn with_level_flight_held_heading_moves_by_its_linear_model() {
     (1..=50).for_each(|tick| plant.advance(f64::from(tick) * 0.02).unwrap());
     let state = plant.state();
     assert_eq!((state.motion.u, state.motion.theta, state.depth), (level.forward_speed, level.pitch, DEPTH));
-    let l = auv::linearise_with(&yawing, &level, auv::lateral::states(true)).unwrap();
+    let l = squid_auv::linearise_with(&yawing, &level, squid_auv::lateral::states(true)).unwrap();
     let mut x = DVector::zeros(5);
     for _ in 0..10_000 {
         let rate = &l.a * &x + &l.b * 1e-4;
@@ -194,8 +194,8 @@ fn planes_decouple_in_straight_flight() {
         }
         assert_eq!(b.view((0, 2), (4, 1)).amax(), 0.0, "the rudder pitches");
         assert_eq!(b.view((4, 0), (4, 2)).amax(), 0.0, "planes and propeller yaw");
-        let level = auv::trim(&vehicle, auv::Speed::Path(speed), DEPTH).unwrap();
-        let plane = auv::linearise(&vehicle, &level).unwrap();
+        let level = squid_auv::trim(&vehicle, squid_auv::Speed::Path(speed), DEPTH).unwrap();
+        let plane = squid_auv::linearise(&vehicle, &level).unwrap();
         let off = (a.view((0, 0), (4, 4)) - &plane.a).amax().max((b.rows(0, 4) - &plane.b).amax());
         assert!(off < 1e-9, "{off}");
         // In a turn they do.
@@ -283,7 +283,7 @@ fn two_models_of_one_vehicle_contradict_each_other() {
     let mut vehicle = remus();
     let c = &mut vehicle.coefficients;
     for (key, value) in numbers {
-        (auv::COEFFICIENTS.iter().find(|spec| spec.key == key).unwrap().set)(c, value);
+        (squid_auv::COEFFICIENTS.iter().find(|spec| spec.key == key).unwrap().set)(c, value);
     }
     // In combined form.
     (c.Y_ur, c.N_uv, c.N_ur) = (c.Y_ur - c.X_u_dot, c.N_uv - (c.Y_v_dot - c.X_u_dot), c.N_ur - c.Y_r_dot);

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::common::squid;
-use auv::{Plant, Pose, Speed, State, trim};
 use nalgebra::{Matrix3, Vector3};
+use squid_auv::{Plant, Pose, Speed, State, trim};
 
 /// Looping: the lower thruster ahead, the upper ones astern, and a command of yaw \[N\].
 fn outputs(yaw: f64) -> [f64; 4] {

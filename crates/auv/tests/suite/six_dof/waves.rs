@@ -1,7 +1,7 @@
 //! Waves about a vehicle in six degrees of freedom.
 
 use crate::common::whole;
-use auv::{Motion, Plant, Pose, Speed, State, Surroundings, Vehicle, Water, trim};
+use squid_auv::{Motion, Plant, Pose, Speed, State, Surroundings, Vehicle, Water, trim};
 use squid_sea::{Spectrum, Waves};
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -12,9 +12,9 @@ use crate::uncertain::errors::model_error;
 use crate::uncertain::frozen::at_speed;
 use crate::uncertain::model::UncertainModel;
 use crate::uncertain::trim::random_corners;
-use lpv::matrix::Mat;
-use lpv::model_error::ModelError;
-use lpv::plant::GeneralisedPlant;
+use squid_lpv::matrix::Mat;
+use squid_lpv::model_error::ModelError;
+use squid_lpv::plant::GeneralisedPlant;
 
 /// The samples at which the model is compared with the vehicle.
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,7 @@
 //! Units of what is added to each row, and matrices that bound others.
 
-use lpv::matrix::{Mat, symmetric_function};
 use nalgebra::{Complex, DMatrix};
+use squid_lpv::matrix::{Mat, symmetric_function};
 
 /// A frequency response at one frequency.
 pub type Response = DMatrix<Complex<f64>>;

@@ -5,8 +5,8 @@ use crate::check::coupled::plant::part;
 use crate::check::coupled::turn::{Axis, Turning};
 use crate::check::frozen_controller;
 use crate::error::Error;
-use lpv::matrix::{Mat, block, diagonal_blocks, eigenvalues};
 use nalgebra::DVector;
+use squid_lpv::matrix::{Mat, block, diagonal_blocks, eigenvalues};
 
 /// The lag of an actuator that has none, s: faster than any mode of the loop.
 const SHORTEST_LAG: f64 = 1e-3;

@@ -29,21 +29,23 @@ use crate::check::coupled::plant::{AxisPlant, Sample, in_parameters_of, part};
 use crate::check::coupled::turn::Turning;
 use crate::error::Error;
 use crate::numbers::above;
-use auv::TrimError;
-use base::numbers::tidy;
-use certificate::Certificate;
-use lpv::analysis::bounded_gain::with_raised_gamma;
-use lpv::analysis::{GainBound, given_loop};
-use lpv::controller::Controller;
-use lpv::matrix::{Mat, block, largest_complex_singular_value, largest_singular_value, symmetric_function};
-use lpv::model_error::LoopError;
-use lpv::plant::GeneralisedPlant;
 use nalgebra::{Complex, DVector};
-use proof::claim::{Proof, nominal};
-use proof::error::ProofError;
-use proof::same_plant::check_in_box;
 use rayon::prelude::*;
-use scheduled::Scheduling;
+use squid_auv::TrimError;
+use squid_base::numbers::tidy;
+use squid_certificate::Certificate;
+use squid_lpv::analysis::bounded_gain::with_raised_gamma;
+use squid_lpv::analysis::{GainBound, given_loop};
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::{
+    Mat, block, largest_complex_singular_value, largest_singular_value, symmetric_function,
+};
+use squid_lpv::model_error::LoopError;
+use squid_lpv::plant::GeneralisedPlant;
+use squid_proof::claim::{Proof, nominal};
+use squid_proof::error::ProofError;
+use squid_proof::same_plant::check_in_box;
+use squid_scheduled::Scheduling;
 
 /// The number of speeds of the turns whose D the bounds cover, closer to one another at the ends of the range.
 pub const SPEEDS: usize = 13;

@@ -8,12 +8,12 @@
 
 use crate::check::coupled::turn::Axis;
 use crate::error::Error;
-use lpv::controller::Controller;
-use lpv::lft::Lft;
-use lpv::matrix::{Mat, block, largest_singular_value, rank_factors};
-use lpv::partition::Group::{T, U, W, X, Y, Z};
-use lpv::plant::GeneralisedPlant;
-use lpv::polynomial::MatrixPolynomial;
+use squid_lpv::controller::Controller;
+use squid_lpv::lft::Lft;
+use squid_lpv::matrix::{Mat, block, largest_singular_value, rank_factors};
+use squid_lpv::partition::Group::{T, U, W, X, Y, Z};
+use squid_lpv::plant::GeneralisedPlant;
+use squid_lpv::polynomial::MatrixPolynomial;
 
 /// The order of P, and singular values below this part of the largest are left out; what is left out is among what an
 /// axis does to itself (see [`super::gain`]).

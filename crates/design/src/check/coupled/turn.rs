@@ -1,9 +1,9 @@
 //! The linear motion about a steady turn, as two axes have it.
 
 use crate::error::Error;
-use auv::{Dual64, Motion, Pitch, TrimError, VIEWS, Vehicle, lateral, linearise_turn};
-use lpv::matrix::Mat;
-use scheduled::{Autopilot, ControllerDesign, Kind, Trim};
+use squid_auv::{Dual64, Motion, Pitch, TrimError, VIEWS, Vehicle, lateral, linearise_turn};
+use squid_lpv::matrix::Mat;
+use squid_scheduled::{Autopilot, ControllerDesign, Kind, Trim};
 
 /// The states of [`linearise_turn`], on which forces depend.
 const DYNAMIC: [&str; 8] = ["u", "w", "q", "theta", "v", "p", "r", "phi"];
@@ -136,7 +136,7 @@ impl Turning<'_> {
     /// # Errors
     /// [`TrimError`]: no such turn.
     pub fn motion(&self, speed: f64, rate: f64) -> Result<(Mat, f64), TrimError> {
-        let turn = auv::turn(self.whole, speed, rate, self.depth, self.pitch)?;
+        let turn = squid_auv::turn(self.whole, speed, rate, self.depth, self.pitch)?;
         let (a, b) = linearise_turn(self.whole, &turn)?;
         let [pitch_rate, heading_rate, sinking] = gradients(&turn.motion);
         let states = self.states();

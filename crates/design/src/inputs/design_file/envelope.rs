@@ -2,8 +2,8 @@
 
 use crate::inputs::design_file::values::{angle, within};
 use crate::inputs::design_file::{Envelope, Range};
-use auv::number;
-use auv::toml_file::Table;
+use squid_auv::number;
+use squid_auv::toml_file::Table;
 
 /// The share of an actuator.
 const AUTHORITY: Range =

@@ -2,8 +2,8 @@
 
 use crate::inputs::design_file::values::within;
 use crate::inputs::design_file::{Failsafe, Range, Safe, SensorKeys};
-use auv::toml_file::Table;
-use signals::Signal;
+use squid_auv::toml_file::Table;
+use squid_signals::Signal;
 
 /// The time of a sensor that does not change.
 const STALE: Range = Range { least: 0.0, most: 60.0, words: "from 0, for never, to 60 (s)" };

@@ -2,10 +2,10 @@
 
 use crate::inputs::design_file::Tracked;
 use crate::inputs::design_file::values::{ROUNDING, angle};
-use auv::toml_file::Table;
-use auv::{number, rounded};
-use scheduled::{MANOEUVRE_FORMAT, Manoeuvre};
-use signals::{Interface, Level, Signal};
+use squid_auv::toml_file::Table;
+use squid_auv::{number, rounded};
+use squid_scheduled::{MANOEUVRE_FORMAT, Manoeuvre};
+use squid_signals::{Interface, Level, Signal};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,7 +1,7 @@
 //! The table `[control.actuators]` of a design file: W_u of single actuators, relative to that of all.
 
-use auv::Vehicle;
-use auv::toml_file::{Document, FileError, FileProblem, Mistake, Table};
+use squid_auv::Vehicle;
+use squid_auv::toml_file::{Document, FileError, FileProblem, Mistake, Table};
 use std::ops::RangeInclusive;
 
 const TABLE: &str = "control.actuators";

@@ -1,8 +1,8 @@
 //! Reads the section `[require]`: the requirements on the finished loop in flight.
 
-use auv::number;
-use auv::toml_file::Table;
 use serde::Serialize;
+use squid_auv::number;
+use squid_auv::toml_file::Table;
 
 /// Which side of a limit a figure must be on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -1,9 +1,9 @@
 //! The sea for which a controller is designed: the table `[sea]`.
 
 use crate::axis::Linearisation;
-use auv::RegularWaves;
-use lpv::matrix::Mat;
+use squid_auv::RegularWaves;
 use squid_flight::sea::WaveParameters;
+use squid_lpv::matrix::Mat;
 use squid_sea::ShapingFilter;
 
 /// The sea for which a controller is designed.
@@ -31,7 +31,7 @@ impl WorkingSea {
     }
 
     /// The effect of the waves on the linear motion about a trim: `[G 0; A_w B_w]`, (n + 2) x 3; see
-    /// [`lpv::tracking::TrackingProblem::coloured`]. Noise of 1 at the peak is a wave whose amplitude is half the
+    /// [`squid_lpv::tracking::TrackingProblem::coloured`]. Noise of 1 at the peak is a wave whose amplitude is half the
     /// significant height.
     pub fn acting(&self, l: &Linearisation) -> Option<Mat> {
         let (by_waves, filter) = (l.by_waves.as_ref()?, self.filter(l.trim.speed)?);

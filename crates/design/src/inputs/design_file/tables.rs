@@ -8,12 +8,12 @@ use crate::inputs::design_file::{
     CONTROL_WEIGHT, DEFAULT_REDUCE, DISTURBANCE, DesignFile, Envelope, Failsafe, RATE, REDUCE, Require,
     SAMPLE_TIME, WAVE_WEIGHT, WorkingSea, relative_weight, uncertainty,
 };
-use auv::toml_file::{Document, FileError, FileProblem, Table};
-use auv::{LONGITUDINAL, Pitch, VIEWS, View};
-use lpv::weights::RisingWeight;
-use scheduled::MAX_DELAY_TICKS;
-use signals::{Interface, Level, Signal};
+use squid_auv::toml_file::{Document, FileError, FileProblem, Table};
+use squid_auv::{LONGITUDINAL, Pitch, VIEWS, View};
 use squid_flight::sea::WaveParameters;
+use squid_lpv::weights::RisingWeight;
+use squid_scheduled::MAX_DELAY_TICKS;
+use squid_signals::{Interface, Level, Signal};
 
 /// The largest number of ticks of a flight: its record is kept in memory, some 200 bytes each.
 const MOST_TICKS: f64 = 1e6;
@@ -169,7 +169,7 @@ fn design(
     let tracked = tracked(&root, interface, measured.as_ref().is_none_or(|all| !all.is_empty()));
     let control = root.required_table("control", "the weight on each actuator, and a disturbance there");
     let control = control.as_ref().map(|table| Control::of(document, table));
-    let controller = root.table("controller").map_or(Some(None), |table| pid::read(&table, file));
+    let controller = root.table("controller").map_or(Some(None), |table| squid_pid::read(&table, file));
     let speeds = model.as_ref().and_then(|m| m.speed_min.zip(m.speed_max));
     let sea = root.table("sea").map_or(Some(None), |table| working_sea(&table, speeds).map(Some));
     let synthesis = root.required_table("synthesis", "back_off, how far from the least gamma");
@@ -281,7 +281,7 @@ fn working_sea(table: &Table<'_>, speeds: Option<(f64, f64)>) -> Option<WorkingS
     let sea = WorkingSea { waves: waves?, depth: depth?, weight: weight? };
     if sea.depth < 0.5 * sea.waves.spectrum.height() {
         let words = "at least half the significant height (m): nearer, the troughs uncover the hull";
-        table.not_allowed("depth", auv::number(sea.depth), words);
+        table.not_allowed("depth", squid_auv::number(sea.depth), words);
         return None;
     }
     if let Some((low, high)) = speeds
@@ -289,7 +289,7 @@ fn working_sea(table: &Table<'_>, speeds: Option<(f64, f64)>) -> Option<WorkingS
     {
         let words = "such that the vehicle is not carried along by the waves, at any of its speeds: these must be \
                      below half of the speed of the waves on its way";
-        table.not_allowed("heading", auv::number(sea.waves.heading.to_degrees()), words);
+        table.not_allowed("heading", squid_auv::number(sea.waves.heading.to_degrees()), words);
         return None;
     }
     Some(sea)

@@ -5,10 +5,10 @@ use crate::inputs::design_file::{
     BANDWIDTH, DAMPING, FOLLOW, FREQUENCY, Measured, NOISE, PEAK, SCALE, Tracked,
 };
 use crate::numbers::readable;
-use auv::VIEWS;
-use auv::toml_file::Table;
-use lpv::weights::{ReferenceModel, ReferenceWeight, TrackingWeight};
-use signals::{Interface, Level, Signal};
+use squid_auv::VIEWS;
+use squid_auv::toml_file::Table;
+use squid_lpv::weights::{ReferenceModel, ReferenceWeight, TrackingWeight};
+use squid_signals::{Interface, Level, Signal};
 
 /// Relative tolerance of an angle: rounding.
 const ROUNDING: f64 = 1e-9;
@@ -64,15 +64,15 @@ fn is_possible_error(table: &Table<'_>, signal: &Signal, scale: f64) -> bool {
         let (factor, readable) = readable(unit);
         let (found, doubt) = match *unit {
             "rad" => {
-                let degrees = auv::rounded(scale * factor);
+                let degrees = squid_auv::rounded(scale * factor);
                 (
-                    format!("{} rad, or {degrees} deg", auv::rounded(scale)),
+                    format!("{} rad, or {degrees} deg", squid_auv::rounded(scale)),
                     " (degrees with the unit \"rad\"?)",
                 )
             }
-            _ => (format!("{} {unit}", auv::rounded(scale)), ""),
+            _ => (format!("{} {unit}", squid_auv::rounded(scale)), ""),
         };
-        let most = auv::rounded(most * factor);
+        let most = squid_auv::rounded(most * factor);
         table.not_allowed(
             "scale",
             found,

@@ -1,8 +1,8 @@
 //! The section `[uncertainty]` of a design file: the uncertain numbers of the vehicle, and their ranges.
 
-use auv::number;
-use auv::toml_file::{Document, FileError, FileProblem, Mistake, Table, cited};
-use auv::{COEFFICIENTS, Parameter, Vehicle};
+use squid_auv::number;
+use squid_auv::toml_file::{Document, FileError, FileProblem, Mistake, Table, cited};
+use squid_auv::{COEFFICIENTS, Parameter, Vehicle};
 
 const SECTION: &str = "uncertainty";
 const COEFFICIENT: &str = "uncertainty.coefficients";

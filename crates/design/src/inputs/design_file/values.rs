@@ -1,8 +1,8 @@
 //! Readers of values that several tables have.
 
 use crate::inputs::design_file::{FREQUENCY, RISE, Range};
-use auv::toml_file::Table;
-use lpv::weights::RisingWeight;
+use squid_auv::toml_file::Table;
+use squid_lpv::weights::RisingWeight;
 
 /// The relative tolerance of the limits of a step, a speed or a tick, for the rounding of units.
 pub(super) const ROUNDING: f64 = 1e-9;

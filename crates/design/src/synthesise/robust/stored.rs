@@ -8,12 +8,12 @@ use crate::synthesise::robust::figures::{RobustFigures, declared_without};
 use crate::synthesise::robust::{REDUCTION, Robust};
 use crate::uncertain::truncate::reduced;
 use crate::uncertain::{Fidelity, over_range};
-use base::files::{self, Files, read};
-use certificate::Certificate;
-use proof::claim::{parse, text};
-use proof::error::ProofError;
-use proof::same_plant;
-use scheduled::LftMatrices;
+use squid_base::files::{self, Files, read};
+use squid_certificate::Certificate;
+use squid_proof::claim::{parse, text};
+use squid_proof::error::ProofError;
+use squid_proof::same_plant;
+use squid_scheduled::LftMatrices;
 use std::path::Path;
 
 /// The file of the figures.
@@ -119,9 +119,9 @@ mod tests {
     use crate::certify::lft_matrices;
     use crate::inputs::tests::shipped;
     use crate::synthesise::synthesise;
-    use base::progress::Progress;
-    use lpv::robust_bound::RobustLoop;
-    use proof::claim::nominal;
+    use squid_base::progress::Progress;
+    use squid_lpv::robust_bound::RobustLoop;
+    use squid_proof::claim::nominal;
 
     /// Squid's nominal controller at a small fraction of the declared uncertainty: figures that the certificate does
     /// not prove are refused.

@@ -4,11 +4,11 @@ use crate::error::Error;
 use crate::page::{Axis, Chart, Curve, Figure, Part, Table, capital};
 use crate::subject::Subject;
 use crate::threads::in_parallel;
-use auv::longitudinal::{SPEED, place};
-use scheduled::{ControllerDesign, Manoeuvre};
+use squid_auv::longitudinal::{SPEED, place};
 use squid_design::numbers::decimals;
 use squid_flight::flight::{Flight, Row, fly_at_sea};
 use squid_flight::sea::Sea;
+use squid_scheduled::{ControllerDesign, Manoeuvre};
 
 /// Number of realisations of the sea at each speed and depth, and the duration of a flight (s).
 pub(super) const SEAS: u64 = 3;
@@ -140,7 +140,7 @@ fn about(sea: &Sea, depth: f64) -> String {
     let waves = sea.waves.as_ref().map_or("no waves".into(), |swell| {
         format!(
             "waves of Hs = {} m with their peak at {:.3} rad/s, {:.0} deg from where the vehicle faces",
-            auv::rounded(swell.spectrum.height()),
+            squid_auv::rounded(swell.spectrum.height()),
             swell.spectrum.peak(),
             swell.heading.to_degrees()
         )
@@ -151,8 +151,8 @@ fn about(sea: &Sea, depth: f64) -> String {
          with the errors of the file. The table has root mean squares over {SEAS} such seas of {FLOWN} s, of seeds {} \
          and up: true errors to the references, and heave, through the water, and commands about their \
               means; `-` if the hull breaks the surface. Simulated, not proved.",
-        auv::rounded(depth),
-        auv::rounded(sea.layers.at(depth).0),
+        squid_auv::rounded(depth),
+        squid_auv::rounded(sea.layers.at(depth).0),
         sea.seed
     )
 }

@@ -5,10 +5,8 @@ use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table, capital};
 use crate::sections::disturbances::sea::{DIGITS, FLOWN, SEAS, Squares, fly, quantities, roots};
 use crate::subject::Subject;
 use crate::threads::in_parallel;
-use auv::longitudinal::PITCH;
-use base::progress::Progress;
-use lpv::matrix::to_rows;
-use scheduled::{ControllerDesign, Manoeuvre};
+use squid_auv::longitudinal::PITCH;
+use squid_base::progress::Progress;
 use squid_design::augment::augment;
 use squid_design::certify::lft_matrices;
 use squid_design::fit::Model;
@@ -21,6 +19,8 @@ use squid_design::synthesise::anti_windup::anti_windup;
 use squid_design::synthesise::synthesise;
 use squid_flight::flight::{Row, fly_at_sea};
 use squid_flight::sea::Sea;
+use squid_lpv::matrix::to_rows;
+use squid_scheduled::{ControllerDesign, Manoeuvre};
 
 /// Seed of the seas.
 const SEED: u64 = 1;
@@ -125,9 +125,9 @@ fn climb(subject: &Subject, sea: &WorkingSea, both: [&ControllerDesign; 2]) -> R
         caption: format!(
             "{} climbs from {} m at {} m/s with {} deg: the last minute on its way to the working depth.",
             capital(&subject.name()),
-            auv::rounded(from),
-            auv::rounded(speed),
-            auv::rounded(pitch.to_degrees())
+            squid_auv::rounded(from),
+            squid_auv::rounded(speed),
+            squid_auv::rounded(pitch.to_degrees())
         ),
         keys: vec![Key::nth(0, "made for this sea"), Key::nth(1, "the same weights without [sea]")],
         charts: vec![chart("error of the pitch (deg)", errors), chart("depth (m)", depths)],
@@ -142,10 +142,10 @@ fn about(sea: &WorkingSea) -> String {
              file without [sea]. Level at \
          a constant speed: root mean squares over {SEAS} such seas of {FLOWN} s; `-` if the hull breaks the \
               surface. Simulated, not proved.",
-        auv::rounded(sea.waves.spectrum.height()),
+        squid_auv::rounded(sea.waves.spectrum.height()),
         sea.waves.spectrum.peak(),
-        auv::rounded(sea.depth),
-        auv::rounded(sea.weight)
+        squid_auv::rounded(sea.depth),
+        squid_auv::rounded(sea.weight)
     )
 }
 

@@ -4,14 +4,6 @@
 use crate::error::Error;
 use crate::sections::mu::worst_gain::WorstGain;
 use crate::subject::Subject;
-use lpv::matrix::{Mat, solve, spectral_abscissa};
-use lpv::mu::lower::{LowerBound, lower_bound};
-use lpv::mu::margin::real_lower_bound;
-use lpv::mu::over_frequency::{FrequencyMu, mu_over_frequency};
-use lpv::mu::sweep::{FrequencyBound, SweepError, response};
-use lpv::mu::upper::{DgScalings, UpperBoundOptions, upper_bound_with};
-use lpv::mu::{self, CMat, Structure};
-use lpv::state_space::StateSpace;
 use nalgebra::DVector;
 use squid_design::axis::Linearisation;
 use squid_design::error::Error as DesignError;
@@ -20,6 +12,14 @@ use squid_design::uncertain::frozen::FrozenUncertain;
 use squid_design::uncertain::frozen::at_speed;
 use squid_design::uncertain::model::{Block, Uncertain};
 use squid_design::uncertain::vehicle;
+use squid_lpv::matrix::{Mat, solve, spectral_abscissa};
+use squid_lpv::mu::lower::{LowerBound, lower_bound};
+use squid_lpv::mu::margin::real_lower_bound;
+use squid_lpv::mu::over_frequency::{FrequencyMu, mu_over_frequency};
+use squid_lpv::mu::sweep::{FrequencyBound, SweepError, response};
+use squid_lpv::mu::upper::{DgScalings, UpperBoundOptions, upper_bound_with};
+use squid_lpv::mu::{self, CMat, Structure};
+use squid_lpv::state_space::StateSpace;
 
 /// Frequencies of the curves, rad/s: the first and the last power of ten, and the number per decade.
 pub const DECADES: (i32, i32) = (-3, 2);
@@ -383,7 +383,7 @@ mod tests {
 
     #[test]
     fn what_has_no_value_is_off_in_its_own_unit() {
-        let uncertain = Uncertain::Parameter(auv::Parameter::Incidence);
+        let uncertain = Uncertain::Parameter(squid_auv::Parameter::Incidence);
         let incidence = Block { uncertain, unit: "rad", ..block(0.02, 0.01) };
         assert_eq!(by(&incidence, 2.0), "+1.1 deg");
     }

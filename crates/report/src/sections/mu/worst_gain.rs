@@ -1,8 +1,8 @@
 //! The worst-case gain at one speed, for constant coefficient errors.
 
-use lpv::mu::CMat;
-use lpv::mu::worst_case::{Perturbable, worst_case_gain};
-use lpv::state_space::StateSpace;
+use squid_lpv::mu::CMat;
+use squid_lpv::mu::worst_case::{Perturbable, worst_case_gain};
+use squid_lpv::state_space::StateSpace;
 
 /// The fractions of the declared uncertainty for which the gain is bounded.
 pub const PARTS: [f64; 2] = [0.25, 1.0];
@@ -45,9 +45,9 @@ fn unperturbed(whole: &Perturbable) -> StateSpace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lpv::matrix::Mat;
-    use lpv::mu::{Block, Structure};
     use nalgebra::dmatrix;
+    use squid_lpv::matrix::Mat;
+    use squid_lpv::mu::{Block, Structure};
 
     /// `x' = -x + c delta x + w`, z = x: the gain is `1/(1 - c delta)`, and mu is c.
     #[test]

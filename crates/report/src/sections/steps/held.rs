@@ -4,10 +4,10 @@ use crate::error::Error;
 use crate::page::{Figure, Part, capital};
 use crate::sections::steps;
 use crate::subject::{STEP_TIME, Subject};
-use auv::Actuator;
-use scheduled::Autopilot;
+use squid_auv::Actuator;
 use squid_design::verdict::held::{AFTER, FACTOR, HELD, RISE, fly, load};
 use squid_flight::flight::Flight;
+use squid_scheduled::Autopilot;
 
 /// The duration of the flights, s.
 const SHOWN: f64 = STEP_TIME + HELD + RISE + AFTER;
@@ -22,10 +22,10 @@ pub fn held(subject: &Subject) -> Result<Vec<Part>, Error> {
     let loads = subject.speeds.iter().map(|speed| load(inputs, &trims, trims.forward_speed(*speed), 1.0));
     let Some(loads) = loads.collect::<Option<Vec<_>>>() else { return Ok(vec![]) };
     let flown =
-        |(speed, (_, load)): (&f64, (usize, auv::Load))| fly(inputs, controller, (*speed, SHOWN), load);
+        |(speed, (_, load)): (&f64, (usize, squid_auv::Load))| fly(inputs, controller, (*speed, SHOWN), load);
     let flights: Vec<Option<Flight>> =
         subject.speeds.iter().zip(loads).map(flown).collect::<Result<_, _>>()?;
-    let steering = |(_, one): &(&Actuator, &scheduled::Actuator)| !one.steers.is_empty();
+    let steering = |(_, one): &(&Actuator, &squid_scheduled::Actuator)| !one.steers.is_empty();
     let all = inputs.vehicle.actuators.iter().zip(&controller.actuators).filter(steering);
     let names: Vec<&str> = all.map(|(one, _)| one.name.as_str()).collect();
     let words = format!(

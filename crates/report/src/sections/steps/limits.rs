@@ -5,10 +5,10 @@ use crate::page::{Figure, Key, Part, Table, capital, known, tidy};
 use crate::sections::envelope::Envelope;
 use crate::sections::steps::figure;
 use crate::subject::{FLOWN, STEP_TIME, Subject};
-use scheduled::{ControllerDesign, Manoeuvre};
 use squid_design::synthesise::anti_windup::largest_step;
 use squid_flight::flight::{Flight, Row, fly, unless_lost};
 use squid_flight::metrics::StepFigures;
+use squid_scheduled::{ControllerDesign, Manoeuvre};
 use std::f64::consts::PI;
 
 /// Duration of the step (s), long enough for windup.
@@ -177,10 +177,10 @@ fn cells(subject: &Subject, flight: &Flight, height: f64) -> [String; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use base::progress::Progress;
-    use scheduled::OverSpeed;
+    use squid_base::progress::Progress;
     use squid_design::inputs::Inputs;
     use squid_design::store::load;
+    use squid_scheduled::OverSpeed;
     use std::path::Path;
 
     /// With references limited to 5 deg from level, steps of 30 deg are said, and judged, to be of that.

@@ -1,0 +1,326 @@
+//! The table of variables: the loop's own, and those of plant and controller that remain visible.
+//!
+//! The references act at ticks only, and the current acts only on the velocities through the water.
+
+use squid_auv::longitudinal::{DEPTH, SIGNALS, SPEED};
+use squid_fmu_controller::{prefix, used_name};
+use squid_fmu_plant::{WAVES, of_current};
+use squid_signals::{Level, Reference, Signal};
+use std::f64::consts::PI;
+
+use crate::ClosedLoop;
+use crate::closed_loop::signal;
+use crate::tangents::Own;
+
+type Variable = squid_fmi2::Variable<ClosedLoop>;
+type Role<T> = squid_fmi2::Role<ClosedLoop, T>;
+
+/// The parameters on which the initial speed depends.
+const SPEED_PROFILE: [&str; 4] = ["speed_from", "speed_to", "ramp_start", "ramp_duration"];
+
+/// The parameters of the steps, by the names of what steps, with what they are and a typical size.
+const STEPS: [(&str, &str, &str, f64); 4] = [
+    (
+        "pitch",
+        "pitch_step",
+        "height of the pitch step above the trim pitch; the limits themselves are excluded",
+        0.1,
+    ),
+    (
+        "depth",
+        "depth_step",
+        "height of the depth step, above zero downwards, from the depth of the start",
+        1.0,
+    ),
+    (
+        "heading",
+        "heading_step",
+        "turn from the heading of the start, above zero to starboard; the limits themselves are excluded",
+        0.1,
+    ),
+    ("roll", "roll_step", "height of the roll step; the limits themselves are excluded", 0.1),
+];
+
+/// The table for one loop.
+pub(crate) fn table(model: &ClosedLoop) -> Vec<Variable> {
+    let mut table = manoeuvre(model);
+    table.extend(plant_parameters(model));
+    table.extend(overrides(model));
+    table.extend(disturbances(model));
+    table.extend(motion(model));
+    table.extend(of_controller(model));
+    table.extend(references(model));
+    table.extend(states(model));
+    table
+}
+
+/// A parameter with the name of a field of the manoeuvre.
+macro_rules! parameter {
+    ($field:ident, $unit:literal, $description:expr) => {
+        Variable::real(
+            stringify!($field),
+            $description,
+            |m| m.manoeuvre.$field,
+            Role::parameter(|m, v| m.manoeuvre.$field = v),
+        )
+        .unit($unit)
+    };
+}
+
+fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
+    let ahead = model.plant.only_ahead();
+    let sign = if ahead { "above zero" } else { "negative astern" };
+    let speed = |one: Variable| if ahead { one.at_least(0.0) } else { one };
+    let from = format!(
+        "wanted speed along the path through the water before the ramp, {sign}; the flight starts in its trim"
+    );
+    let to = format!("wanted speed along the path through the water after the ramp, {sign}");
+    let what = model.followed().into_iter().filter(|place| *place != SPEED).filter_map(signal);
+    let what = what.map(|signal| signal.name).collect::<Vec<_>>().join(" and ");
+    let (comes, ends) = if model.turns() { ("steps come", "steps end") } else { ("step comes", "step ends") };
+    let steps = steps(model).map(|(signal, key, what, nominal)| {
+        let Signal { name, unit, range, circular, .. } = *signal;
+        let range = range.or(circular.then_some([-PI, PI]));
+        let set = move |m: &mut ClosedLoop, v| {
+            if let Some(step) = m.manoeuvre.steps.get_mut(name) {
+                *step = v;
+            }
+        };
+        let get = move |m: &ClosedLoop| m.manoeuvre.step(name);
+        let one = Variable::real(key, what, get, Role::parameter(set)).unit(unit).nominal(nominal);
+        match range {
+            Some([least, most]) => one.range(least, most),
+            None => one,
+        }
+    });
+    let others = [
+        parameter!(step_time, "s", format!("time at which the {what} {comes}")).nominal(10.0),
+        parameter!(step_end, "s", format!("time at which the {what} {ends}")).nominal(10.0),
+        speed(parameter!(speed_from, "m/s", from)).nominal(1.0),
+        speed(parameter!(speed_to, "m/s", to)).nominal(1.0),
+        parameter!(ramp_start, "s", "time at which the ramp of speed begins").nominal(10.0),
+        parameter!(ramp_duration, "s", "duration of the ramp of speed, above zero")
+            .at_least(0.0)
+            .nominal(10.0),
+    ];
+    steps.chain(others).collect()
+}
+
+/// The steps that the loop has references of.
+fn steps(
+    model: &ClosedLoop,
+) -> impl Iterator<Item = (&'static Signal, &'static str, &'static str, f64)> + use<> {
+    let followed: Vec<&Signal> = model.followed().into_iter().filter_map(signal).collect();
+    STEPS.into_iter().filter_map(move |(name, key, what, nominal)| {
+        let signal = followed.iter().find(|signal| signal.name == name)?;
+        Some((*signal, key, what, nominal))
+    })
+}
+
+/// All but the initial speed, which is that of the manoeuvre.
+fn plant_parameters(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
+    let own = |one: &squid_fmi2::Variable<_>| one.name() != "initial_speed";
+    squid_fmu_plant::parameters(&model.plant).into_iter().filter(own).map(of_plant)
+}
+
+fn of_plant(one: squid_fmi2::Variable<squid_fmu_plant::PlantModel>) -> Variable {
+    one.embedded(|m: &ClosedLoop| &m.plant, |m| &mut m.plant)
+}
+
+fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
+    let speeds = &model.axes[0].design().trim.forward_speed;
+    let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
+    let actuators = actuators(model);
+    let own = move |quantity: Own| quantity.number(actuators);
+    let widest = |place: usize| {
+        let (axis, own) = model.owner(place)?;
+        let design = model.axes[axis].design();
+        design.widest(&design.signals[own])
+    };
+    let wanted = model.outside.references;
+    let names: Vec<&str> = followed(model).map(|(_, _, reference)| reference.name).collect();
+    let manual = Variable::boolean(
+        "manual",
+        format!("follow the inputs {} instead of the manoeuvre", names.join(" and ")),
+        |m| m.outside.manual,
+        Role::input(|m, v| m.outside.manual = v),
+    );
+    let references = followed(model).map(move |(place, signal, reference)| {
+        let one = Variable::real(
+            reference.name,
+            format!("{}, while manual is true; until it is set, that of the default start", reference.wanted),
+            move |m| m.outside.references[place],
+            Role::input(move |m, v| m.outside.references[place] = v),
+        )
+        .unit(signal.unit)
+        .nominal(signal.nominal)
+        .quantity(own(Own::Reference(place)))
+        .slope(move |m, v| m.outside.slopes[place] = v);
+        match (signal.level, widest(place).or(signal.range)) {
+            // The start may lie outside: it is that of the default flight.
+            (_, Some([least, most])) => one.range(least.min(wanted[place]), most.max(wanted[place])),
+            (Level::Scheduled, None) => one.range(slowest.min(wanted[place]), fastest.max(wanted[place])),
+            _ => one,
+        }
+    });
+    std::iter::once(manual).chain(references)
+}
+
+/// The signals that the loop has a reference of, with their places.
+fn followed(model: &ClosedLoop) -> impl Iterator<Item = (usize, &'static Signal, Reference)> + use<> {
+    let of = |place| signal(place).and_then(|signal| Some((place, signal, signal.reference?)));
+    model.followed().into_iter().filter_map(of)
+}
+
+/// The inputs of the plant that the loop does not set: the current, and the load from outside.
+fn disturbances(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
+    let known = known_of(model);
+    let open = move |one: &squid_fmi2::Variable<_>| known(one.name());
+    squid_fmu_plant::inputs(&model.plant).into_iter().filter(open).map(of_plant)
+}
+
+/// The plant's outputs but its trim, which is the initial one; `trim_pitch` is the controller's here.
+fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
+    let actuators = model.plant.vehicle().actuators.iter().map(|actuator| format!("trim_{}", actuator.name));
+    let trim: Vec<_> = actuators.chain(["trim_pitch".to_owned()]).collect();
+    let open = move |one: &squid_fmi2::Variable<_>| !trim.iter().any(|name| name == one.name());
+    let known = known_of(model);
+    let here = move |one: Variable| one.depends_only_where(&known);
+    let actuators = model.plant.vehicle().actuators.iter().filter(|actuator| actuator.lag <= 0.0);
+    let at_once: Vec<_> = actuators.map(|actuator| format!("{}_output", actuator.name)).collect();
+    squid_fmu_plant::outputs(&model.plant).into_iter().filter(open).map(of_plant).map(here).map(move |one| {
+        match one.name() {
+            // Their first values depend on the same variables as in the plant, too.
+            "depth" | "altitude" | "distance" | "pitch_rate" | "north" | "east" | "heading"
+            | "heading_rate" | "roll" | "sway" | "roll_rate" | "angular_velocity_x"
+            | "angular_velocity_y" | "angular_velocity_z" => one,
+            name if at_once.iter().any(|output| output == name) => {
+                one.initially_depends_on(&knowns_of_first_tick(model))
+            }
+            _ => one.initially_depends_on(&knowns_of_start(model)),
+        }
+    })
+}
+
+/// Rates and states for model exchange.
+fn states(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
+    let known = known_of(model);
+    let of_plant = squid_fmu_plant::states(&model.plant).into_iter().map(of_plant);
+    of_plant.map(move |one| one.depends_only_where(&known)).map(|one| match one.name() {
+        "surge_over_ground" | "sway_over_ground" | "heave_over_ground" => {
+            let waves: &[&str] = if model.plant.can_meet_waves() { &WAVES } else { &[] };
+            let heading: &[&str] = if model.turns() { &["initial_heading"] } else { &[] };
+            let knowns = [&knowns_of_start(model)[..], heading, of_current(&model.plant), waves];
+            one.initially_depends_on(&knowns.concat())
+        }
+        _ => one,
+    })
+}
+
+/// The dependencies in the plant but those on variables that the loop sets.
+fn known_of(model: &ClosedLoop) -> impl Fn(&str) -> bool + use<> {
+    let actuators = model.axes.iter().flat_map(|axis| &axis.design().actuators).map(|one| one.name.clone());
+    let set: Vec<String> =
+        actuators.chain(["operating_speed", squid_fmu_plant::GIVEN_SPEED].map(str::to_owned)).collect();
+    move |name| !set.iter().any(|known| known == name)
+}
+
+fn actuators(model: &ClosedLoop) -> usize {
+    model.plant.vehicle().actuators.len()
+}
+
+fn knowns_of_start(model: &ClosedLoop) -> Vec<&'static str> {
+    let coefficients = model.plant.vehicle().coefficients.acting().map(|spec| spec.key);
+    SPEED_PROFILE.into_iter().chain(["initial_depth"]).chain(coefficients).collect()
+}
+
+/// Commands, scheduling, and constants of the designs, but their references: the loop has more of them.
+fn of_controller(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
+    let each = model.axes.iter().enumerate().map(|(index, axis)| {
+        let prefix = if index == 0 { String::new() } else { prefix(axis.design()) };
+        of_axis(model, index, &prefix)
+    });
+    each.collect::<Vec<_>>().into_iter().flatten()
+}
+
+fn of_axis(model: &ClosedLoop, index: usize, prefix: &str) -> Vec<Variable> {
+    let constants = ["sample_time", "gamma", "gamma_certified"].map(|name| format!("{prefix}{name}"));
+    let names: Vec<String> =
+        model.plant.vehicle().actuators.iter().map(|actuator| actuator.name.clone()).collect();
+    let of_loop: Vec<String> = followed(model)
+        .map(|(_, signal, reference)| used_name(prefix, signal.level, reference.name))
+        .collect();
+    let own = |one: &squid_fmi2::Variable<_>| !of_loop.iter().any(|name| name == one.name());
+    let all = squid_fmu_controller::outputs(model.axes[index].design(), prefix).into_iter().filter(own).map(
+        |one| {
+            let constant = constants.iter().any(|name| name == one.name());
+            let one = one.embedded(move |m: &ClosedLoop| &m.axes[index], move |m| &mut m.axes[index]);
+            let one = if constant { one } else { one.initially_depends_on(&knowns_of_first_tick(model)) };
+            match quantity_of(one.name().strip_prefix(prefix).unwrap_or(one.name()), &names) {
+                Some(own) => one.quantity(own.number(names.len())),
+                None => one,
+            }
+        },
+    );
+    all.collect()
+}
+
+/// The quantity of an output of the controller.
+fn quantity_of(name: &str, actuators: &[String]) -> Option<Own> {
+    match name {
+        "scheduling_parameter" => Some(Own::SchedulingParameter),
+        "trim_pitch" => Some(Own::TrimPitch),
+        _ => actuators.iter().position(|actuator| actuator == name).map(Own::Command),
+    }
+}
+
+fn knowns_of_first_tick(model: &ClosedLoop) -> Vec<&'static str> {
+    let mut knowns: Vec<&str> =
+        steps(model).map(|(_, name, ..)| name).chain(["step_time", "step_end", "manual"]).collect();
+    if model.turns() {
+        knowns.push("initial_heading");
+    }
+    knowns.extend(followed(model).map(|(_, _, reference)| reference.name));
+    knowns.extend(knowns_of_start(model));
+    knowns
+}
+
+fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
+    let actuators = actuators(model);
+    let own = move |quantity: Own| quantity.number(actuators);
+    let knowns = knowns_of_first_tick(model);
+    let stepped = model.stepped();
+    let Signal { name, unit, nominal, .. } = SIGNALS[stepped];
+    let measured = |m: &ClosedLoop, place| {
+        if place == DEPTH { m.plant.state().depth } else { m.plant.state().motion.theta }
+    };
+    let error = Variable::real(
+        "tracking_error",
+        format!("{name}_reference_used less {name}"),
+        move |m| m.axes[0].autopilot().references()[stepped] - measured(m, stepped),
+        Role::output(),
+    )
+    .unit(unit)
+    .depends_on(&[name])
+    .initially_depends_on(&knowns)
+    .nominal(nominal)
+    .quantity(own(Own::TrackingError));
+    let used = followed(model).map(move |(place, signal, reference)| {
+        Variable::real(
+            format!("{}_used", reference.name),
+            format!(
+                "{}, at the last tick, of the manoeuvre or the input, within the envelope",
+                reference.wanted
+            ),
+            move |m: &ClosedLoop| m.reference_used(place),
+            Role::output(),
+        )
+        .unit(signal.unit)
+        .depends_on(&[])
+        .initially_depends_on(&knowns)
+        .discrete()
+        .nominal(signal.nominal)
+        .quantity(own(Own::ReferenceUsed(place)))
+    });
+    used.chain([error])
+}

@@ -1,0 +1,288 @@
+//! Directional derivatives, against differences.
+
+use crate::case::*;
+use crate::example::resources;
+use proptest::prelude::*;
+use squid_fmi2::model_description::{Causality, ModelDescription};
+use squid_fmi2::{Instance, Interface, Model, Silent, describe};
+use squid_fmu_controller::Controller;
+use squid_fmu_loop::ClosedLoop;
+use squid_fmu_plant::PlantModel;
+
+/// Asserts that derivatives are the differences of `value` on both sides, relative to the size of what is compared, for
+/// one of three steps: near rest the root of a thruster's curve bends more within the largest.
+fn assert_slopes(names: &[&str], exact: &[f64], size: &[f64], step: f64, value: impl Fn(f64) -> Vec<f64>) {
+    let steps = [step, 0.1 * step, 0.01 * step].map(|step| (step, value(step), value(-step)));
+    for (position, name) in names.iter().enumerate() {
+        let slopes =
+            steps.each_ref().map(|(h, above, below)| (above[position] - below[position]) / (2.0 * h));
+        let tolerance = 1e-5 * (exact[position].abs() + size[position]);
+        let agrees = slopes.iter().any(|slope| (slope - exact[position]).abs() < tolerance);
+        assert!(agrees, "{name}: {} and {slopes:?}", exact[position]);
+    }
+}
+
+/// `at + step by`.
+fn along(at: &[f64], by: &[f64], step: f64) -> Vec<f64> {
+    at.iter().zip(by).map(|(at, by)| at + step * by).collect()
+}
+
+/// The rates and the outputs, with their names.
+fn unknowns(description: &ModelDescription) -> (Vec<u32>, Vec<&str>) {
+    let rates = description.structure().derivatives.into_iter().map(|one| one.index as u32 - 1);
+    let unknowns: Vec<u32> = rates.chain(references(&real_of(description, Causality::Output))).collect();
+    let names = unknowns.iter().map(|&one| description.variables[one as usize].name.as_str()).collect();
+    (unknowns, names)
+}
+
+/// Rates and outputs of a model under its own states and inputs, in continuous-time mode, along a direction.
+fn hold_in_continuous_time<M: Model>(case: Case, offsets: &[f64], direction: &[f64]) {
+    let description = case.describe::<M>().description;
+    let mut instance = case.instance::<M>(Interface::ModelExchange);
+    instance.exit_initialization(&mut Silent).unwrap();
+    instance.new_discrete_states(&mut Silent).unwrap();
+    instance.enter_continuous_time_mode().unwrap();
+    let inputs = real_of(&description, Causality::Input);
+    let states = instance.table().states().to_vec();
+    let mut trim = vec![0.0; states.len()];
+    instance.continuous_states(&mut trim, &mut Silent).unwrap();
+    let mut nominals = vec![0.0; states.len()];
+    instance.nominals(&mut nominals).unwrap();
+    let mut offset = offsets.iter().cycle();
+    let mut near = |value: f64, nominal: f64| value + 0.2 * nominal * offset.next().unwrap();
+    let at_states: Vec<f64> = trim.iter().zip(&nominals).map(|(&x, &nominal)| near(x, nominal)).collect();
+    let at_inputs: Vec<f64> = inputs.iter().map(|&(_, start, nominal)| near(start, nominal)).collect();
+    let sizes = nominals.iter().copied().chain(inputs.iter().map(|one| one.2));
+    let seed: Vec<f64> = sizes.zip(direction.iter().cycle()).map(|(size, along)| size * along).collect();
+    let (along_states, along_inputs) = seed.split_at(states.len());
+    let input_references = references(&inputs);
+    let (unknowns, names) = unknowns(&description);
+    let values = |step: f64| {
+        let mut moved = Instance::<M>::made_for(Interface::ModelExchange, case.describe());
+        moved.restore(&instance.snapshot().unwrap()).unwrap();
+        write(&mut moved, &input_references, &along(&at_inputs, along_inputs, step));
+        moved.set_continuous_states(&along(&at_states, along_states, step)).unwrap();
+        read(&mut moved, &unknowns)
+    };
+    let size: Vec<f64> = values(0.0).iter().map(|value| value.abs() + 1e-2).collect();
+    let mut moved = Instance::<M>::made_for(Interface::ModelExchange, case.describe());
+    moved.restore(&instance.snapshot().unwrap()).unwrap();
+    write(&mut moved, &input_references, &at_inputs);
+    moved.set_continuous_states(&at_states).unwrap();
+    let knowns: Vec<u32> = states.iter().chain(&input_references).copied().collect();
+    let mut exact = vec![0.0; unknowns.len()];
+    moved.directional_derivative(&unknowns, &knowns, &seed, &mut exact, &mut Silent).unwrap();
+    assert!(exact.iter().any(|value| *value != 0.0));
+    assert_slopes(&names, &exact, &size, 1e-5, values);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn of_the_plant(
+        offsets in prop::collection::vec(0.1..1.0, 17),
+        direction in prop::collection::vec(-1.0..1.0, 13),
+    ) {
+        CASES.iter().for_each(|case| hold_in_continuous_time::<PlantModel>(*case, &offsets, &direction));
+    }
+
+    #[test]
+    fn of_the_loop(
+        offsets in prop::collection::vec(0.1..1.0, 17),
+        direction in prop::collection::vec(-1.0..1.0, 13),
+    ) {
+        CASES.iter().for_each(|case| hold_in_continuous_time::<ClosedLoop>(*case, &offsets, &direction));
+    }
+
+    #[test]
+    fn of_the_controllers_first_outputs(
+        at in prop::collection::vec(-1.0..1.0, 12),
+        direction in prop::collection::vec(-1.0..1.0, 12),
+    ) {
+        for case in [SQUID, TWO_DEGREES, CURVED, GIVEN, TURNING] {
+            hold_at_the_first_outputs(case, &at, &direction);
+        }
+    }
+
+    #[test]
+    fn of_the_controllers_next_tick(
+        at in prop::collection::vec(-1.0..1.0, 12),
+        direction in prop::collection::vec(-1.0..1.0, 12),
+        ticks in 0..20,
+    ) {
+        for case in [SQUID, TWO_DEGREES, CURVED, GIVEN, TURNING] {
+            hold_at_the_next_tick(case, &at, &direction, ticks);
+        }
+    }
+}
+
+/// The inputs of the controller near level flight and a direction of them, and the outputs.
+fn around(case: Case, at: &[f64], direction: &[f64]) -> (Vec<u32>, Vec<f64>, Vec<f64>, Vec<u32>) {
+    let description = case.describe::<Controller>().description;
+    let inputs = real_of(&description, Causality::Input);
+    let seed = inputs.iter().zip(direction).map(|(one, by)| one.2 * by).collect();
+    let outputs = references(&real_of(&description, Causality::Output));
+    (references(&inputs), at_inputs(&inputs, at), seed, outputs)
+}
+
+/// The first outputs of the controller by its inputs, in initialization mode, by setting and getting.
+fn hold_at_the_first_outputs(case: Case, at: &[f64], direction: &[f64]) {
+    let (inputs, place, seed, outputs) = around(case, at, direction);
+    let mut now = case.instance::<Controller>(Interface::CoSimulation);
+    write(&mut now, &inputs, &place);
+    let mut exact = vec![0.0; outputs.len()];
+    now.directional_derivative(&outputs, &inputs, &seed, &mut exact, &mut Silent).unwrap();
+    let values = |step: f64| {
+        let mut moved = case.instance::<Controller>(Interface::CoSimulation);
+        let at = along(&place, &seed, step);
+        write(&mut moved, &inputs, &at);
+        read(&mut moved, &outputs)
+    };
+    assert_outputs(&outputs, &exact, values);
+}
+
+/// Where applied commands are used, the next tick depends on them too: by the anti-windup, or because it follows them.
+#[test]
+fn there_are_none_while_applied_commands_are_used() {
+    let description = SQUID.describe::<Controller>().description;
+    let of = |name: &str| u32::try_from(description.position(name).unwrap()).unwrap();
+    let refused = |name: &str, value: bool| {
+        let mut now = SQUID.instance::<Controller>(Interface::CoSimulation);
+        now.exit_initialization(&mut Silent).unwrap();
+        let derive = |now: &mut Instance<Controller>| {
+            let (of, by) = ([of("lower")], [of("pitch")]);
+            now.directional_derivative(&of, &by, &[1.0], &mut [0.0], &mut Silent).is_err()
+        };
+        assert!(!derive(&mut now));
+        now.set(&[of(name)], |_| value).unwrap();
+        derive(&mut now)
+    };
+    assert!(refused("engaged", false) && refused("applied_given", true));
+}
+
+/// In a flight: the commands of the tick that the next step begins with, by setting, stepping and getting.
+fn hold_at_the_next_tick(case: Case, at: &[f64], direction: &[f64], ticks: i32) {
+    let (inputs, place, seed, outputs) = around(case, at, direction);
+    let sample_time = 0.02;
+    let mut now = case.instance::<Controller>(Interface::CoSimulation);
+    now.exit_initialization(&mut Silent).unwrap();
+    write(&mut now, &inputs, &place);
+    for _ in 0..ticks {
+        now.step(now.time(), sample_time, &mut Silent).unwrap();
+    }
+    let before = now.snapshot().unwrap();
+    let mut exact = vec![0.0; outputs.len()];
+    now.directional_derivative(&outputs, &inputs, &seed, &mut exact, &mut Silent).unwrap();
+    let values = |step: f64| {
+        let mut moved = case.instance::<Controller>(Interface::CoSimulation);
+        moved.restore(&before).unwrap();
+        let at = along(&place, &seed, step);
+        write(&mut moved, &inputs, &at);
+        moved.step(moved.time(), 1e-3, &mut Silent).unwrap();
+        read(&mut moved, &outputs)
+    };
+    assert_outputs(&outputs, &exact, values);
+    now.step(now.time(), 1e-3, &mut Silent).unwrap();
+    now.directional_derivative(&outputs, &inputs, &seed, &mut exact, &mut Silent).unwrap();
+    assert!(exact.iter().all(|value| *value == 0.0), "no tick is due now");
+}
+
+fn assert_outputs(outputs: &[u32], exact: &[f64], values: impl Fn(f64) -> Vec<f64>) {
+    let names: Vec<String> = outputs.iter().map(|one| format!("output {one}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    assert_slopes(&names, exact, &vec![1.0; outputs.len()], 1e-6, values);
+}
+
+/// First outputs and rates by the inputs, in initialization mode, by setting and getting.
+fn hold_at_the_start<M: Model>(
+    case: Case,
+    offsets: &[f64],
+    direction: &[f64],
+    prepare: fn(&mut Instance<M>),
+) {
+    let description = case.describe::<M>().description;
+    let inputs = real_of(&description, Causality::Input);
+    let offset = |(&(_, start, nominal), by): (&(u32, f64, f64), &f64)| start + 0.1 * nominal * by;
+    let place: Vec<f64> = inputs.iter().zip(offsets.iter().cycle()).map(offset).collect();
+    let seed: Vec<f64> =
+        inputs.iter().zip(direction.iter().cycle()).map(|(one, along)| 0.1 * one.2 * along).collect();
+    let (unknowns, names) = unknowns(&description);
+    let start = |step: f64| {
+        let mut instance = case.instance::<M>(Interface::CoSimulation);
+        prepare(&mut instance);
+        let at = along(&place, &seed, step);
+        write(&mut instance, &references(&inputs), &at);
+        instance
+    };
+    let mut exact = vec![0.0; unknowns.len()];
+    let known = references(&inputs);
+    start(0.0).directional_derivative(&unknowns, &known, &seed, &mut exact, &mut Silent).unwrap();
+    let size: Vec<f64> = read(&mut start(0.0), &unknowns).iter().map(|value| value.abs() + 1e-2).collect();
+    assert_slopes(&names, &exact, &size, 1e-4, |step| read(&mut start(step), &unknowns));
+    assert!(exact.iter().any(|value| *value != 0.0));
+}
+
+#[test]
+fn at_the_start_they_are_those_of_the_initialisation() {
+    let directions = [[1.0, 0.3, -0.7], [-0.2, 1.0, 0.4]];
+    for (case, direction) in CASES.iter().flat_map(|case| directions.iter().map(|one| (*case, one))) {
+        hold_at_the_start::<PlantModel>(case, &[0.5, -0.3, 0.2, 0.4], direction, |_| {});
+        hold_at_the_start::<ClosedLoop>(case, &[0.31, -0.27, 0.23, 0.4], direction, |_| {});
+        hold_at_the_start::<ClosedLoop>(case, &[0.31, -0.27, 0.23, 0.4], direction, |instance| {
+            let manual = instance.table().reference("manual").unwrap();
+            instance.set(&[manual], |_| true).unwrap();
+        });
+    }
+}
+
+/// The slopes of the trims differ on either side of a row of their table, and beyond it there are none.
+#[test]
+fn at_a_row_of_the_trim_table_they_are_those_to_the_right() {
+    let mut instance = LPV.instance::<PlantModel>(Interface::ModelExchange);
+    instance.exit_initialization(&mut Silent).unwrap();
+    let reference = |name: &str| instance.table().reference(name).unwrap();
+    let (speed, rate) = (reference("operating_speed"), reference("der(surge_over_ground)"));
+    let mut slope_at = |at: f64| {
+        let mut value = |speed_now: f64| {
+            instance.set(&[speed], |_| speed_now).unwrap();
+            read(&mut instance, &[rate])[0]
+        };
+        let step = 1e-6;
+        let (above, below, here) = (value(at + step), value(at - step), value(at));
+        let mut exact = [f64::NAN];
+        instance.directional_derivative(&[rate], &[speed], &[1.0], &mut exact, &mut Silent).unwrap();
+        (exact[0], (above - here) / step, (here - below) / step)
+    };
+    for row in [0.5, 1.75, 3.0] {
+        let (exact, right, left) = slope_at(row);
+        assert!((exact - right).abs() < 1e-6, "at {row} m/s {exact}, and {right}");
+        assert!((right - left).abs() > 1e-4, "at {row} m/s {right} and {left}");
+    }
+}
+
+/// Inputs near level flight in the middle of the speeds, off the corners of the trim table.
+fn at_inputs(inputs: &[(u32, f64, f64)], offsets: &[f64]) -> Vec<f64> {
+    let place = inputs.iter().zip(offsets).map(|((_, start, nominal), offset)| match *nominal {
+        1.0 => off_corner(start + 0.45 * offset),
+        _ => start + 0.045 * offset,
+    });
+    place.collect()
+}
+
+/// The trim table of the example has a corner every 0.1 m/s or so; its speeds along the body are a little less.
+fn off_corner(speed: f64) -> f64 {
+    let trims =
+        describe::<Controller>(&resources()).unwrap().model.axes()[0].design().trim.forward_speed.clone();
+    let near = trims.into_iter().find(|corner| (corner - speed).abs() < 1e-3);
+    near.map_or(speed, |corner| corner + 2e-3)
+}
+
+#[test]
+fn parameters_are_no_knowns() {
+    let mut instance = instance::<PlantModel>(Interface::CoSimulation);
+    let reference = |name: &str| described::<PlantModel>().position(name).unwrap() as u32;
+    let (pitch, mass) = (reference("pitch"), reference("mass"));
+    let refused = instance.directional_derivative(&[pitch], &[mass], &[1.0], &mut [0.0], &mut Silent);
+    assert!(refused.unwrap_err().to_string().contains("such as 'mass', are not computed"));
+}

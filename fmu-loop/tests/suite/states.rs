@@ -1,0 +1,160 @@
+//! Run, save, run on, restore, run on: the same bits, whether the state stayed in memory or went through bytes.
+
+use crate::case::{read, real_of, references, set_waves};
+use crate::example::{resources, turning, with_given_speed, with_two_degrees};
+use proptest::prelude::*;
+use squid_fmi2::model_description::{Causality, ModelDescription};
+use squid_fmi2::{Experiment, Instance, Interface, Model, Resources, Silent, describe};
+use squid_fmu_controller::Controller;
+use squid_fmu_loop::ClosedLoop;
+use squid_fmu_plant::PlantModel;
+
+/// One step: its size \[s\], and how far the inputs are from their start values in units of their nominal ones.
+type Move = (f64, Vec<f64>);
+
+fn moves(count: usize) -> impl Strategy<Value = Vec<Move>> {
+    let size = prop_oneof![Just(0.01), Just(0.00999999999999934), 1e-6..0.05, Just(0.02)];
+    prop::collection::vec((size, prop::collection::vec(-0.3..0.3, 10)), count)
+}
+
+fn instance<M: Model>(resources: &Resources) -> Instance<M> {
+    Instance::made_for(Interface::CoSimulation, describe::<M>(resources).unwrap())
+}
+
+fn started<M: Model>(resources: &Resources) -> Instance<M> {
+    begun(resources, |_| {})
+}
+
+fn begun<M: Model>(resources: &Resources, prepare: fn(&mut Instance<M>)) -> Instance<M> {
+    let mut instance = instance::<M>(resources);
+    instance.set_up(Experiment { start: 1.5, ..Experiment::default() }).unwrap();
+    prepare(&mut instance);
+    instance.enter_initialization().unwrap();
+    instance.exit_initialization(&mut Silent).unwrap();
+    instance
+}
+
+/// Weight, buoyancy and centre of gravity, a little off what they are at the start.
+fn tune<M: Model>(instance: &mut Instance<M>, description: &ModelDescription, offset: f64) {
+    for (name, per_offset) in [("weight", 10.0), ("buoyancy", -20.0), ("x_G", 0.01), ("z_G", 0.02)] {
+        let Some(reference) = instance.table().reference(name) else { return };
+        let all = real_of(description, Causality::Parameter);
+        let start = all.iter().find(|one| one.0 == reference).unwrap().1;
+        instance.set(&[reference], |_| start + per_offset * offset).unwrap();
+    }
+}
+
+/// Makes the moves, and returns the bits of the outputs after each.
+fn run<M: Model>(instance: &mut Instance<M>, description: &ModelDescription, moves: &[Move]) -> Vec<u64> {
+    let inputs = real_of(description, Causality::Input);
+    let outputs = references(&real_of(description, Causality::Output));
+    let mut bits = Vec::new();
+    for (size, offsets) in moves {
+        for (&(reference, start, nominal), offset) in inputs.iter().zip(offsets) {
+            instance.set(&[reference], |_| start + offset * nominal).unwrap();
+        }
+        tune(instance, description, offsets[0]);
+        instance.step(instance.time(), *size, &mut Silent).unwrap();
+        bits.extend(read(instance, &outputs).into_iter().map(f64::to_bits));
+    }
+    bits
+}
+
+fn goes_on_alike<M: Model>(resources: &Resources, before: &[Move], after: &[Move]) {
+    goes_on_alike_from(started::<M>(resources), resources, before, after);
+}
+
+fn goes_on_alike_from<M: Model>(
+    mut first: Instance<M>,
+    resources: &Resources,
+    before: &[Move],
+    after: &[Move],
+) {
+    let description = describe::<M>(resources).unwrap().description;
+    run(&mut first, &description, before);
+    let snapshot = first.snapshot().unwrap();
+    let bytes = first.serialise(&snapshot).unwrap();
+    let expected = run(&mut first, &description, after);
+    first.restore(&snapshot).unwrap();
+    assert_eq!(first.serialise(&first.snapshot().unwrap()).unwrap(), bytes, "nothing is forgotten");
+    assert_eq!(run(&mut first, &description, after), expected, "restored from snapshot");
+    // An instance that never ran, and one that ran elsewhere.
+    for mut other in [instance::<M>(resources), first] {
+        let read = other.deserialise(&bytes).unwrap();
+        other.restore(&read).unwrap();
+        assert_eq!(run(&mut other, &description, after), expected, "restored from bytes");
+    }
+    assert!(expected.len() > after.len());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn plants_go_on_alike(before in moves(6), after in moves(6)) {
+        goes_on_alike::<PlantModel>(&resources(), &before, &after);
+        goes_on_alike::<PlantModel>(&with_given_speed(), &before, &after);
+        goes_on_alike::<PlantModel>(&turning(), &before, &after);
+        for files in [resources(), turning()] {
+            goes_on_alike_from(begun::<PlantModel>(&files, set_waves), &files, &before, &after);
+        }
+    }
+
+    #[test]
+    fn controllers_go_on_alike(before in moves(9), after in moves(9)) {
+        goes_on_alike::<Controller>(&resources(), &before, &after);
+        goes_on_alike::<Controller>(&with_two_degrees(), &before, &after);
+        goes_on_alike::<Controller>(&turning(), &before, &after);
+    }
+
+    #[test]
+    fn loops_go_on_alike(before in moves(6), after in moves(6)) {
+        goes_on_alike::<ClosedLoop>(&resources(), &before, &after);
+        goes_on_alike::<ClosedLoop>(&with_two_degrees(), &before, &after);
+        goes_on_alike::<ClosedLoop>(&with_given_speed(), &before, &after);
+        goes_on_alike::<ClosedLoop>(&turning(), &before, &after);
+        for files in [resources(), turning()] {
+            goes_on_alike_from(begun::<ClosedLoop>(&files, set_waves), &files, &before, &after);
+        }
+    }
+}
+
+fn outlasts_every_phase<M: Model>(interface: Interface) {
+    let described = || describe::<M>(&resources()).unwrap();
+    let mut instance = Instance::<M>::made_for(interface, described());
+    let survives = |instance: &Instance<M>| {
+        let bytes = instance.serialise(&instance.snapshot().unwrap()).unwrap();
+        let mut other = Instance::<M>::made_for(interface, described());
+        other.restore(&other.deserialise(&bytes).unwrap()).unwrap();
+        assert_eq!(other.phase(), instance.phase());
+        assert_eq!(other.serialise(&other.snapshot().unwrap()).unwrap(), bytes);
+    };
+    survives(&instance);
+    instance.enter_initialization().unwrap();
+    survives(&instance);
+    instance.exit_initialization(&mut Silent).unwrap();
+    survives(&instance);
+    instance.terminate().unwrap();
+    survives(&instance);
+}
+
+#[test]
+fn every_phase_survives_as_bytes() {
+    for interface in [Interface::CoSimulation, Interface::ModelExchange] {
+        outlasts_every_phase::<PlantModel>(interface);
+        outlasts_every_phase::<ClosedLoop>(interface);
+    }
+    outlasts_every_phase::<Controller>(Interface::CoSimulation);
+}
+
+/// Bytes that keep their checksum but change their content are what an attacker or a defect would send.
+#[test]
+fn the_state_of_another_fmu_is_refused() {
+    let plant = started::<PlantModel>(&resources());
+    let bytes = plant.serialise(&plant.snapshot().unwrap()).unwrap();
+    let message = started::<ClosedLoop>(&resources()).deserialise(&bytes).unwrap_err().to_string();
+    assert_eq!(message, "the state belongs to an FMU with another GUID");
+    for length in [0, 1, 40, bytes.len() / 2, bytes.len() - 1] {
+        assert!(plant.deserialise(&bytes[..length]).is_err());
+    }
+}
