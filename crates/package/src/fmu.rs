@@ -218,8 +218,8 @@ const ICON: &[u8] = include_bytes!("../model.png");
 /// the latter.
 const LICENCES: [(&str, &str); 4] = [
     ("license.txt", include_str!("../license.txt")),
-    ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
-    ("LICENSE-APACHE", include_str!("../../../LICENSE-APACHE")),
+    ("LICENSE-MIT", include_str!("../LICENSE-MIT")),
+    ("LICENSE-APACHE", include_str!("../LICENSE-APACHE")),
     ("third_party.txt", include_str!("../third_party.txt")),
 ];
 

@@ -21,9 +21,9 @@ struct Template {
 macro_rules! template {
     ($name:literal $(, $file:literal of $what:literal)*) => {
         Template {
-            vehicle: include_str!(concat!("../../../vehicles/", $name, "/vehicle.toml")),
-            design: include_str!(concat!("../../../vehicles/", $name, "/design.toml")),
-            others: &[$(($file, $what, include_str!(concat!("../../../vehicles/", $name, "/", $file)))),*],
+            vehicle: include_str!(concat!("../../vehicles/", $name, "/vehicle.toml")),
+            design: include_str!(concat!("../../vehicles/", $name, "/design.toml")),
+            others: &[$(($file, $what, include_str!(concat!("../../vehicles/", $name, "/", $file)))),*],
             name: concat!("name = \"", $name, "\""),
         }
     };
