@@ -58,11 +58,7 @@ pub(crate) fn allocations(
     let force = |j: usize| actuators[j].force(speed, 1.0);
     let m = actuators.len();
     let angle = pid.turn.angle;
-    let moment = |j: usize| match angle {
-        "heading" => actuators[j].lateral_force(speed, 1.0)[2],
-        "roll" => actuators[j].lateral_force(speed, 1.0)[1],
-        _ => force(j)[2],
-    };
+    let moment = |j: usize| angle.moment(&actuators[j], speed);
     let moments: Vec<f64> = (0..m).map(moment).collect();
     let forces: Vec<f64> =
         (0..m).map(|j| if is_surface(&actuators[j]) { 0.0 } else { force(j)[0] }).collect();
@@ -70,7 +66,7 @@ pub(crate) fn allocations(
     let reach: Vec<f64> = actuators.iter().map(Actuator::reach).collect();
     let least = pseudo_inverse(&Mat::from_fn(rows.len(), m, |i, j| rows[i][j] * reach[j]), 1e-9);
     let stated = [&pid.turn_shares, &pid.speed_shares];
-    let names = [angle, "speed"];
+    let names = [angle.name(), "speed"];
     let mut all = vec![];
     for axis in 0..rows.len() {
         let outputs = match stated[axis] {

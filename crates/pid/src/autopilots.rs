@@ -4,12 +4,14 @@
 //! a file stays.
 
 mod ardusub;
+mod cascade;
 mod dune;
 mod form;
 mod mss;
 mod mvp;
 mod source;
 
+use crate::angle::Angle;
 use crate::file::Pid;
 use squid_auv::toml_file::FileError;
 
@@ -29,16 +31,22 @@ pub enum Autopilot {
     Mss,
 }
 
-/// Reads the gains of a file; `missing` has what the file does not say.
+/// Reads the gains of an angle in a file; `missing` has what the file does not say.
 ///
 /// # Errors
 /// [`FileError`] with the line and the key of what is missing, no number, negative, there twice, or ambiguous.
-pub fn import(autopilot: Autopilot, text: &str, file: &str, missing: &Missing) -> Result<Import, FileError> {
+pub fn import(
+    autopilot: Autopilot,
+    angle: Angle,
+    text: &str,
+    file: &str,
+    missing: &Missing,
+) -> Result<Import, FileError> {
     match autopilot {
-        Autopilot::Dune => dune::import(text, file, missing),
-        Autopilot::ArduSub => ardusub::import(text, file, missing),
-        Autopilot::Mvp => mvp::import(text, file, missing),
-        Autopilot::Mss => mss::import(text, file, missing),
+        Autopilot::Dune => dune::import(angle, text, file),
+        Autopilot::ArduSub => ardusub::import(angle, text, file, missing),
+        Autopilot::Mvp => mvp::import(angle, text, file, missing),
+        Autopilot::Mss => mss::import(angle, text, file),
     }
 }
 
@@ -54,9 +62,9 @@ pub fn export(
     missing: &Missing,
 ) -> Result<Export, FileError> {
     match autopilot {
-        Autopilot::Dune => dune::export(pid, text, file, missing),
+        Autopilot::Dune => dune::export(pid, text, file),
         Autopilot::ArduSub => ardusub::export(pid, text, file, missing),
         Autopilot::Mvp => mvp::export(pid, text, file, missing),
-        Autopilot::Mss => mss::export(pid, text, file, missing),
+        Autopilot::Mss => mss::export(pid, text, file),
     }
 }

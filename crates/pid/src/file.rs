@@ -1,5 +1,6 @@
 //! Reads the table `[controller]`.
 
+use crate::angle::Angle;
 use crate::gain::{Given, HIGHEST, Law};
 use squid_auv::toml_file::{Document, FileError, Table};
 use squid_lpv::weights::ReferenceModel;
@@ -28,8 +29,8 @@ pub struct Pid {
 /// PID of an angle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TurnLoop {
-    /// The angle, the name of its signal and of its table; its rate is `ANGLE_rate`.
-    pub angle: &'static str,
+    /// The angle, by the name of its signal and of its table; its rate is `ANGLE_rate`.
+    pub angle: Angle,
     /// The line of the table.
     pub line: usize,
     /// On the error.
@@ -86,9 +87,6 @@ pub struct Shares {
 /// Time constants and times, s.
 const LONGEST: f64 = 1e3;
 
-/// The angles that a loop can be of.
-const ANGLES: [&str; 3] = ["pitch", "heading", "roll"];
-
 /// The forms of the integrator.
 const FORMS: [&str; 2] = ["scheduled output", "scheduled input"];
 
@@ -118,10 +116,10 @@ pub fn read(table: &Table<'_>, file: &str) -> Option<Option<Pid>> {
         table.allow_only(&["kind"]);
         return Some(None);
     }
-    let angle = ANGLES.into_iter().find(|angle| table.has(angle)).unwrap_or(ANGLES[0]);
-    let steered = if angle == ANGLES[0] { vec!["depth", "speed"] } else { vec![] };
+    let angle = Angle::ALL.into_iter().find(|angle| table.has(angle.name())).unwrap_or(Angle::Pitch);
+    let steered = if angle == Angle::Pitch { vec!["depth", "speed"] } else { vec![] };
     let keys = ["kind", "allocation", "integrator", "tracking_time"];
-    table.allow_only(&[&keys[..], &[angle], &steered].concat());
+    table.allow_only(&[&keys[..], &[angle.name()], &steered].concat());
     let form = table.or("integrator", 0, |table, key| table.one_of(key, &FORMS));
     if form == Some(1) {
         table.not_allowed(
@@ -133,20 +131,20 @@ pub fn read(table: &Table<'_>, file: &str) -> Option<Option<Pid>> {
         );
     }
     let turn = table
-        .required_table(angle, "kp, ki and kd of the angle, each { value = ..., unit = \"...\" }")
+        .required_table(angle.name(), "kp, ki and kd of the angle, each { value = ..., unit = \"...\" }")
         .and_then(|table| turn(&table, angle));
     let depth = optional(table, "depth", depth);
     let speed = optional(table, "speed", speed);
     let shares = table.table("allocation");
     if let Some(shares) = &shares {
-        let own = [angle, "speed"];
+        let own = [angle.name(), "speed"];
         shares.allow_only(if steered.is_empty() { &own[..1] } else { &own });
     }
     let of = |key: &str| match &shares {
         Some(table) => optional(table, key, self::shares),
         None => Some(None),
     };
-    let (turn_shares, speed_shares) = (of(angle), of("speed"));
+    let (turn_shares, speed_shares) = (of(angle.name()), of("speed"));
     let tracking_time = table.or("tracking_time", None, |table, key| {
         table.number(key, |v| v > 0.0 && v <= LONGEST, "above 0, at most 1000 (s)").map(Some)
     });
@@ -171,7 +169,7 @@ fn optional<T>(
     table.or(key, None, |table, key| read(&table.table(key)?).map(Some))
 }
 
-fn turn(table: &Table<'_>, angle: &'static str) -> Option<TurnLoop> {
+fn turn(table: &Table<'_>, angle: Angle) -> Option<TurnLoop> {
     let mut keys = vec!["kp", "ki", "kd", "rolloff", "model", "reference_weight"];
     let model = optional(table, "model", model);
     let follows = table.has("model");

@@ -23,6 +23,7 @@
 //! [`autopilots`] reads the gains of other autopilots' files as `[controller]`, and writes them back.
 
 mod allocation;
+mod angle;
 pub mod autopilots;
 mod file;
 mod gain;
@@ -30,6 +31,7 @@ mod refusal;
 mod structure;
 
 pub use allocation::{Allocation, Drive};
+pub use angle::Angle;
 pub use file::{DepthLoop, Pid, Shares, SpeedLoop, TurnLoop, read, read_file};
 pub use gain::{Given, Law, Misfit};
 pub use structure::{Affine, Direction, Gain, Layout, Port, Structure, Vehicle};

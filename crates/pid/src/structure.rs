@@ -169,7 +169,7 @@ impl Structure {
             misfits: vec![],
         };
         let TurnLoop { angle, line, .. } = pid.turn;
-        builder.measured(angle, line, &format!("controller.{angle}"))?;
+        builder.measured(angle.name(), line, &format!("controller.{angle}"))?;
         let (centre, _) = vehicle.scheduling;
         let allocations = allocations(pid, vehicle.actuators, centre, vehicle.speed_given)?;
         builder.turn(&allocations[0])?;
@@ -378,7 +378,11 @@ impl Builder<'_> {
                 let words = format!("there: {} tracks depth", self.vehicle.design);
                 return self.refuse(pid.line, "controller.depth", "left out", &words);
             }
-            return self.reference(pid.turn.angle, pid.turn.line, &format!("controller.{}", pid.turn.angle));
+            return self.reference(
+                pid.turn.angle.name(),
+                pid.turn.line,
+                &format!("controller.{}", pid.turn.angle),
+            );
         };
         let (wanted, unit) = self.reference("depth", depth.line, "controller.depth")?;
         let (found, _) = self.measured("depth", depth.line, "controller.depth")?;
@@ -401,7 +405,7 @@ impl Builder<'_> {
         let key = format!("controller.{angle}");
         let axis = (0, allocation.sign);
         let units = |role| allocation.drive.units(role);
-        let (turned, scale) = self.measured(angle, asked.line, &key)?;
+        let (turned, scale) = self.measured(angle.name(), asked.line, &key)?;
         let (reference, scale) = self.turn_reference(scale)?;
         let rate = match asked.kd.as_ref() {
             Some(kd) => Some(self.measured(&format!("{angle}_rate"), kd.line, &kd.key)?),

@@ -202,7 +202,7 @@ impl Tuning<'_> {
             weights = inside;
             (gains, found) = self.fixed(weights, degree, &gains)?;
         }
-        for (of, weight) in [self.pid.turn.angle, "speed"].into_iter().zip(weights) {
+        for (of, weight) in [self.pid.turn.angle.name(), "speed"].into_iter().zip(weights) {
             let name = format!("{of}.reference_weight");
             let one = |w| TunedGain { name: name.clone(), unit: "1".into(), coefficients: vec![w] };
             gains.extend(weight.map(one));
@@ -249,7 +249,7 @@ impl Tuning<'_> {
             let of_axis = |(i, _): &&(usize, usize)| without.directions[*i].name.starts_with(axis);
             weighted.iter().find(of_axis).map(|(i, j)| values[*j] / values[*i])
         };
-        Ok(([weight(self.pid.turn.angle), weight("speed")], (gains(&without, &values), found)))
+        Ok(([weight(self.pid.turn.angle.name()), weight("speed")], (gains(&without, &values), found)))
     }
 
     /// Gains of a degree with given weights of the references, from known gains.

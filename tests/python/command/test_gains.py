@@ -54,6 +54,28 @@ def test_gains_of_dune_are_proved(run_squid: Run, ini: Path, tmp_path: Path) -> 
     assert found["status"] == "proved" and found["gain"] == pytest.approx(350, rel=0.02)
 
 
+HEADING = """\
+[Control.AUV.Attitude]
+Heading PID Gains      = 0.5, 0.0, 0.0
+Heading Rate PID Gains = 2.0, 0.0, 0.0
+"""
+
+
+def test_gains_of_the_heading_of_dune_are_proved(run_squid: Run, tmp_path: Path) -> None:
+    """Two loops, each proportional, are kp = 2 x 0.5 and kd = 2 of a PID, over 2 x 0.5 N m/rad."""
+    ini, mine = tmp_path / "control.ini", tmp_path / "mine.toml"
+    ini.write_text(HEADING, encoding="utf-8")
+    done = run_squid("gains", "import", ini, "--format", "dune", "--axis", "heading", "--out", mine, "--json")
+    assert done.returncode == 0, done.stderr
+    gains = {gain["name"]: gain["value"] for gain in json.loads(done.stdout)["gains"]}
+    assert gains == pytest.approx({"heading.kp": 1.0, "heading.kd": 2.0}, rel=1e-12)
+    done = run_squid("prove", REMUS100, "--axis", "heading", "--controller", mine, "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["status"] == "proved"
+    back = run_squid("gains", "export", mine, "--format", "dune", "--into", ini)
+    assert back.returncode == 0 and ini.read_text(encoding="utf-8") == HEADING
+
+
 def test_a_file_without_out_is_printed_whole(run_squid: Run, ini: Path, tmp_path: Path) -> None:
     """What is printed is what is written, also on a narrow terminal."""
     mine = tmp_path / "mine.toml"

@@ -156,7 +156,7 @@ fn words(actuators: &[Actuator], pid: &Pid, structure: &Structure) -> String {
             Drive::Moment => "per N m",
             Drive::Force => "per N",
         };
-        format!("\n{} command {per}: {}", [pid.turn.angle, "speed"][axis], moved.join(", "))
+        format!("\n{} command {per}: {}", [pid.turn.angle.name(), "speed"][axis], moved.join(", "))
     };
     let channels = structure.affine().blocks.iter().sum::<usize>();
     let head = format!(

@@ -2,6 +2,7 @@
 //! numbers in SI.
 
 use crate::allocation::Drive;
+use crate::angle::Angle;
 use crate::autopilots::source::{Change, Source, decimal};
 use crate::file::Pid;
 use crate::gain::{Given, Law, Role, Unit, of_force, of_pitch};
@@ -11,11 +12,11 @@ use squid_auv::toml_file::FileError;
 /// What a file of an autopilot does not say.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Missing {
-    /// ArduSub: the pitching moment at output 1, N m.
+    /// ArduSub: the moment about the axis of the angle at output 1, N m.
     pub full_output: Option<f64>,
     /// What is known of that moment, for the refusal without it.
     pub hint: Option<String>,
-    /// mvp: whether the pitch command is a deflection or a moment.
+    /// mvp: whether the command of the angle is a deflection or a moment.
     pub drive: Option<Drive>,
     /// mvp: the mode.
     pub mode: Option<String>,
@@ -24,7 +25,7 @@ pub struct Missing {
 /// A gain of `[controller]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
-    /// Its table: `pitch`, `depth` or `speed`.
+    /// Its table: that of the angle, `depth` or `speed`.
     pub table: &'static str,
     /// Its key in that table.
     pub key: &'static str,
@@ -52,6 +53,8 @@ pub struct LeftOut {
 /// What was read of the file of an autopilot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Import {
+    /// The angle.
+    pub angle: Angle,
     /// The law of the autopilot, with the order of its loops, a line each.
     pub law: Vec<String>,
     /// The gains.
@@ -83,9 +86,8 @@ const TRIM: &str = "Squid adds the trim of the actuators at each speed. The auto
 
 impl Import {
     /// What was read so far: the law.
-    pub(crate) fn new(law: &[&str]) -> Self {
-        let law = law.iter().map(|line| (*line).to_owned()).collect();
-        Self { law, gains: vec![], left_out: vec![], notes: vec![] }
+    pub(crate) fn new(angle: Angle, law: Vec<String>) -> Self {
+        Self { angle, law, gains: vec![], left_out: vec![], notes: vec![] }
     }
 
     /// Adds a gain in the first of its units, unless it is 0, which means that there is none.
@@ -107,9 +109,10 @@ impl Import {
             format!("Left out: {key} = {value} (line {line}): {why}.")
         };
         let speed = self.gains.iter().any(|gain| gain.table == "speed");
-        let speed = (!speed).then(|| NO_SPEED.to_owned());
+        let pitches = self.angle == Angle::Pitch;
+        let speed = (pitches && !speed).then(|| NO_SPEED.to_owned());
         let all = self.left_out.iter().map(left).chain(self.notes.iter().cloned());
-        all.chain(speed).chain([TRIM.to_owned()]).collect()
+        all.chain(speed).chain(pitches.then(|| TRIM.to_owned())).collect()
     }
 
     /// The gains as a file for `squid prove --controller`.
@@ -134,7 +137,7 @@ impl Import {
                 None => format!("{key} = {value}"),
             });
         }
-        if !self.gains.iter().any(|gain| gain.table == "speed") {
+        if self.angle == Angle::Pitch && !self.gains.iter().any(|gain| gain.table == "speed") {
             lines.push(String::new());
             lines.extend(SPEED.map(|line| format!("# {line}")));
         }
@@ -143,15 +146,18 @@ impl Import {
 }
 
 /// A key without counterpart: of which values it is worth a word, and the reason.
-pub(crate) type Unread = (&'static str, fn(f64) -> bool, &'static str);
+pub(crate) type Unread<K = &'static str> = (K, fn(f64) -> bool, &'static str);
 
-/// What a file has without counterpart.
-pub(crate) fn unread(source: &Source<'_>, keys: &[Unread]) -> Result<Vec<LeftOut>, FileError> {
-    let found = keys.iter().map(|(key, keep, why)| left_out(source, key, *keep, why));
+/// Returns what a file has without counterpart.
+pub(crate) fn unread<K: AsRef<str>>(
+    source: &Source<'_>,
+    keys: &[Unread<K>],
+) -> Result<Vec<LeftOut>, FileError> {
+    let found = keys.iter().map(|(key, keep, why)| left_out(source, key.as_ref(), *keep, why));
     Ok(found.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
-/// One of these.
+/// Returns the value of a key without counterpart, if the file has one that is worth a word.
 pub(crate) fn left_out(
     source: &Source<'_>,
     key: &str,
@@ -194,10 +200,10 @@ fn comment(words: &str) -> Vec<String> {
 /// The gains of a `[controller]` as numbers in SI; 0 for one that is left out.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Plain {
-    /// What the pitch command is.
+    /// What the command of the angle is.
     pub(crate) drive: Drive,
-    /// kp, ki and kd of pitch.
-    pub(crate) pitch: [f64; 3],
+    /// kp, ki and kd of the angle.
+    pub(crate) turn: [f64; 3],
     /// kp and ki of depth.
     pub(crate) depth: Option<[f64; 2]>,
     /// kp and ki of speed.
@@ -205,19 +211,14 @@ pub(crate) struct Plain {
 }
 
 impl Plain {
-    /// The gains, if they are of a form that autopilots have: numbers, and no model, filter or feedforward in pitch.
+    /// The gains, if they are of a form that autopilots have: numbers, and no model, filter or feedforward.
     pub(crate) fn of(pid: &Pid) -> Result<Self, FileError> {
         let asked = &pid.turn;
         let refuse = |key: &str| {
-            let key = format!("controller.pitch.{key}");
+            let key = format!("controller.{}.{key}", asked.angle);
             let allowed = "left out: the autopilot has nothing to write it to";
             Err(not_allowed(&pid.file, asked.line, &key, "given", allowed))
         };
-        if asked.angle != "pitch" {
-            let (key, found) = (format!("controller.{}", asked.angle), "given");
-            let allowed = "controller.pitch: the formats of autopilots are written with gains of pitch alone";
-            return Err(not_allowed(&pid.file, asked.line, &key, found, allowed));
-        }
         if asked.model.is_some() {
             return refuse("model");
         }
@@ -228,7 +229,7 @@ impl Plain {
         let has = |drive: &&Drive| drive.units(Role::Proportional).iter().any(|unit| unit.0 == asked.kp.unit);
         let drive = *drives.iter().find(has).unwrap_or(&Drive::Deflection);
         let of = |given: Option<&Given>, units: Vec<Unit>| number(pid, given, &units);
-        let pitch = [
+        let turn = [
             of(Some(&asked.kp), drive.units(Role::Proportional))?,
             of(asked.ki.as_ref(), drive.units(Role::Integral))?,
             of(asked.kd.as_ref(), drive.units(Role::Derivative))?,
@@ -238,7 +239,7 @@ impl Plain {
         };
         let depth = pid.depth.as_ref().map(|own| pair(&own.kp, own.ki.as_ref(), of_pitch)).transpose()?;
         let speed = pid.speed.as_ref().map(|own| pair(&own.kp, own.ki.as_ref(), of_force)).transpose()?;
-        Ok(Self { drive, pitch, depth, speed })
+        Ok(Self { drive, turn, depth, speed })
     }
 
     /// Refuses gains whose command is not that of the autopilot.
@@ -253,14 +254,15 @@ impl Plain {
     }
 }
 
-/// Refuses a weight of the pitch reference, which most autopilots do not have.
+/// Refuses a weight of the reference, which most autopilots do not have.
 pub(crate) fn no_weight(pid: &Pid) -> Result<(), FileError> {
-    let (weight, key) = (pid.turn.reference_weight, "controller.pitch.reference_weight");
+    let weight = pid.turn.reference_weight;
     if weight == 1.0 {
         return Ok(());
     }
+    let key = format!("controller.{}.reference_weight", pid.turn.angle);
     let allowed = "1, or left out: kp of this autopilot acts on the error itself";
-    Err(not_allowed(&pid.file, pid.turn.line, key, squid_auv::number(weight), allowed))
+    Err(not_allowed(&pid.file, pid.turn.line, &key, squid_auv::number(weight), allowed))
 }
 
 /// Refuses a depth loop.

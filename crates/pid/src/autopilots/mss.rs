@@ -3,12 +3,14 @@
 //! `delta_s = -Kp_theta (theta - theta_d) - Kd_theta q - Ki_theta int (theta - theta_d) dt`
 
 use crate::allocation::Drive;
+use crate::angle::Angle;
 use crate::autopilots::form::{
-    Export, Import, Missing, Plain, Unread, no_depth, no_weight, not_written, stay, unread,
+    Export, Import, Plain, Unread, no_depth, no_weight, not_written, stay, unread,
 };
 use crate::autopilots::source::{Numbers, Source};
 use crate::file::Pid;
 use crate::gain::Role;
+use crate::refusal::not_allowed;
 use squid_auv::toml_file::FileError;
 
 /// The gains: name, key of `[controller.pitch]`, and what it multiplies.
@@ -65,9 +67,13 @@ fn read(source: &Source<'_>) -> Result<[Option<Numbers>; 3], FileError> {
 }
 
 /// Reads the gains.
-pub(crate) fn import(text: &str, file: &str, _: &Missing) -> Result<Import, FileError> {
+pub(crate) fn import(angle: Angle, text: &str, file: &str) -> Result<Import, FileError> {
     let source = source(text, file);
-    let mut found = Import::new(&LAW);
+    if angle != Angle::Pitch {
+        let allowed = "pitch for a script of MSS: its laws of heading are no PID with gains of such names";
+        return source.refuse(1, "--axis", angle.name(), allowed);
+    }
+    let mut found = Import::new(angle, LAW.map(str::to_owned).to_vec());
     for ((name, key, role), numbers) in KEYS.into_iter().zip(read(&source)?) {
         if let Some(Numbers { line, values, .. }) = numbers {
             let from = format!("line {line}, '{name}', not converted");
@@ -79,7 +85,12 @@ pub(crate) fn import(text: &str, file: &str, _: &Missing) -> Result<Import, File
 }
 
 /// Writes the gains.
-pub(crate) fn export(pid: &Pid, text: &str, file: &str, _: &Missing) -> Result<Export, FileError> {
+pub(crate) fn export(pid: &Pid, text: &str, file: &str) -> Result<Export, FileError> {
+    if pid.turn.angle != Angle::Pitch {
+        let (key, allowed) =
+            (format!("controller.{}", pid.turn.angle), "controller.pitch for a script of MSS");
+        return Err(not_allowed(&pid.file, pid.turn.line, &key, "given", allowed));
+    }
     let plain = Plain::of(pid)?;
     plain.require(pid, Drive::Deflection, "the script commands stern planes")?;
     no_weight(pid)?;
@@ -87,7 +98,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, _: &Missing) -> Result<E
     let source = source(text, file);
     let read = read(&source)?;
     let mut new = vec![];
-    for (((name, key, _), numbers), gain) in KEYS.iter().zip(&read).zip(plain.pitch) {
+    for (((name, key, _), numbers), gain) in KEYS.iter().zip(&read).zip(plain.turn) {
         match numbers {
             Some(numbers) => new.push((numbers, vec![gain])),
             None if gain > 0.0 => {

@@ -3,6 +3,7 @@
 //! `src/mvp_control/mimo_pid.cpp` has the law: `u = p e + clip(int i e dt) + d e'`, on the error alone.
 
 use crate::allocation::Drive;
+use crate::angle::Angle;
 use crate::autopilots::form::{
     Export, Import, Missing, Plain, left_out, no_depth, no_weight, not_written, stay,
 };
@@ -17,14 +18,28 @@ use squid_auv::toml_file::{FileError, FileProblem};
 const KEYS: [(&str, &str, Role); 3] =
     [("p", "kp", Role::Proportional), ("i", "ki", Role::Integral), ("d", "kd", Role::Derivative)];
 const LIMITS: [&str; 2] = ["i_max", "i_min"];
-const PITCH: &str = "pitch";
 const SURGE: &str = "surge";
 
-const LAW: [&str; 3] = [
-    "Loop order: pitch error -> pitch command; speed error -> force along the hull; angles in rad.",
-    "u = p e + int i e dt + d e', e = r - theta",
-    "In squid kd acts on the rate of pitch: the loop is the same, a step of the reference is not.",
-];
+/// Returns the degree of freedom of an angle.
+const fn freedom(angle: Angle) -> &'static str {
+    match angle {
+        Angle::Pitch => "pitch",
+        Angle::Heading => "yaw",
+        Angle::Roll => "roll",
+    }
+}
+
+/// Returns the law in words.
+fn law(angle: Angle) -> Vec<String> {
+    let surge = if angle == Angle::Pitch { " speed error -> force along the hull;" } else { "" };
+    vec![
+        format!("Loop order: {angle} error -> {angle} command;{surge} angles in rad."),
+        format!("u = p e + int i e dt + d e', e = r - {}", angle.symbols()[0]),
+        format!(
+            "In squid kd acts on the rate of {angle}: the loop is the same, a step of the reference is not."
+        ),
+    ]
+}
 
 const LIMIT: &str = "a limit of the integral term";
 const NO_SPEED: &str = "without p the speed loop of squid does not exist";
@@ -105,17 +120,20 @@ fn path(open: &[Open]) -> Option<String> {
 struct Read {
     /// The key of the mode.
     mode: String,
-    pitch: [Option<Numbers>; 3],
+    turn: [Option<Numbers>; 3],
+    /// Of pitch alone: all three are none beside another angle.
     surge: [Option<Numbers>; 3],
     drive: Drive,
 }
 
-/// The modes that have gains of pitch: the whole key, and the name.
-fn modes(source: &Source<'_>) -> Vec<(String, String)> {
+/// The modes that have gains of a degree of freedom: the whole key, and the name.
+fn modes(source: &Source<'_>, freedom: &str) -> Vec<(String, String)> {
     let mut all: Vec<(String, String)> = vec![];
     for Entry { key, .. } in &source.entries {
         let Some((before, rest)) = key.split_once("control_modes.") else { continue };
-        if let [mode, PITCH, _] = rest.split('.').collect::<Vec<_>>()[..] {
+        if let [mode, own, _] = rest.split('.').collect::<Vec<_>>()[..]
+            && own == freedom
+        {
             let one = (format!("{before}control_modes.{mode}"), mode.to_owned());
             if !all.contains(&one) {
                 all.push(one);
@@ -126,24 +144,25 @@ fn modes(source: &Source<'_>) -> Vec<(String, String)> {
 }
 
 /// Reads what import and export need.
-fn read(source: &Source<'_>, missing: &Missing) -> Result<Read, FileError> {
-    let all = modes(source);
+fn read(source: &Source<'_>, angle: Angle, missing: &Missing) -> Result<Read, FileError> {
+    let own = freedom(angle);
+    let all = modes(source, own);
     let wanted = |(_, name): &&(String, String)| missing.mode.as_ref().is_none_or(|mode| mode == name);
     let chosen: Vec<&(String, String)> = all.iter().filter(wanted).collect();
     let names: Vec<&str> = all.iter().map(|(_, name)| name.as_str()).collect();
     let mode = match (&chosen[..], &missing.mode) {
         ([(key, _)], _) => key.clone(),
         ([], Some(mode)) if !all.is_empty() => {
-            let found = format!("without pitch in the mode '{mode}'");
+            let found = format!("without {own} in the mode '{mode}'");
             return source.refuse(1, "control_modes", found, format!("--mode of {}", names.join(", ")));
         }
         ([], _) => {
-            let (key, meaning) =
-                ("control_modes.MODE.pitch".into(), "p, i and d of pitch in a mode of mvp".into());
+            let key = format!("control_modes.MODE.{own}");
+            let meaning = format!("p, i and d of {own} in a mode of mvp");
             return Err(refused(source.file, 1, FileProblem::MissingKey { key, meaning }));
         }
         _ => {
-            let found = format!("of {} modes with pitch", chosen.len());
+            let found = format!("of {} modes with {own}", chosen.len());
             return source.refuse(
                 1,
                 "control_modes",
@@ -152,8 +171,8 @@ fn read(source: &Source<'_>, missing: &Missing) -> Result<Read, FileError> {
             );
         }
     };
-    let kp = format!("{mode}.{PITCH}.{}", KEYS[0].0);
-    source.above_zero(&source.required(&kp, 1, "the gain on the pitch error")?, 0)?;
+    let kp = format!("{mode}.{own}.{}", KEYS[0].0);
+    source.above_zero(&source.required(&kp, 1, &format!("the gain on the {angle} error"))?, 0)?;
     let gains = |freedom: &str| {
         let mut found = [None, None, None];
         for (one, (key, ..)) in found.iter_mut().zip(KEYS) {
@@ -161,14 +180,15 @@ fn read(source: &Source<'_>, missing: &Missing) -> Result<Read, FileError> {
         }
         Ok::<_, FileError>(found)
     };
-    let (pitch, surge) = (gains(PITCH)?, gains(SURGE)?);
+    let turn = gains(own)?;
+    let surge = if angle == Angle::Pitch { gains(SURGE)? } else { [None, None, None] };
     let Some(drive) = missing.drive else {
-        let found = "in the unit of the pitch command, which is not in the file";
-        let line = pitch[0].as_ref().map_or(1, |kp| kp.line);
+        let found = format!("in the unit of the {angle} command, which is not in the file");
+        let line = turn[0].as_ref().map_or(1, |kp| kp.line);
         let allowed = "given with --unit N.m for thrusters, or --unit rad for planes";
         return source.refuse(line, &kp, found, allowed);
     };
-    Ok(Read { mode, pitch, surge, drive })
+    Ok(Read { mode, turn, surge, drive })
 }
 
 /// Refuses an integral whose limits hold it at 0: left out they are 0.
@@ -197,17 +217,18 @@ fn acts(source: &Source<'_>, mode: &str, freedom: &str, ki: f64) -> Result<(), F
 const SET: fn(f64) -> bool = |value| value != 0.0;
 
 /// Reads the gains.
-pub(crate) fn import(text: &str, file: &str, missing: &Missing) -> Result<Import, FileError> {
+pub(crate) fn import(angle: Angle, text: &str, file: &str, missing: &Missing) -> Result<Import, FileError> {
     let source = source(text, file)?;
-    let Read { mode, pitch, surge, drive } = read(&source, missing)?;
-    for (freedom, gains) in [(PITCH, &pitch), (SURGE, &surge)] {
+    let Read { mode, turn, surge, drive } = read(&source, angle, missing)?;
+    let own = freedom(angle);
+    for (freedom, gains) in [(own, &turn), (SURGE, &surge)] {
         acts(&source, &mode, freedom, gains[1].as_ref().map_or(0.0, |ki| ki.values[0]))?;
     }
-    let mut found = Import::new(&LAW);
-    for (numbers, (_, key, role)) in pitch.iter().zip(KEYS) {
+    let mut found = Import::new(angle, law(angle));
+    for (numbers, (_, key, role)) in turn.iter().zip(KEYS) {
         if let Some(Numbers { key: own, line, values, .. }) = numbers {
             found.gain(
-                ("pitch", key),
+                (angle.name(), key),
                 values[0],
                 &drive.units(role),
                 format!("line {line}, '{own}', not converted"),
@@ -221,13 +242,17 @@ pub(crate) fn import(text: &str, file: &str, missing: &Missing) -> Result<Import
             found.gain(("speed", key), values[0], &of_force(role), from);
         }
     }
+    for limit in LIMITS {
+        found.left_out.extend(left_out(&source, &format!("{mode}.{own}.{limit}"), SET, LIMIT)?);
+    }
+    if angle != Angle::Pitch {
+        return Ok(found);
+    }
     if !is_there {
         found.left_out.extend(left_out(&source, &format!("{mode}.{SURGE}.i"), SET, NO_SPEED)?);
     }
-    for freedom in [PITCH, SURGE] {
-        for limit in LIMITS {
-            found.left_out.extend(left_out(&source, &format!("{mode}.{freedom}.{limit}"), SET, LIMIT)?);
-        }
+    for limit in LIMITS {
+        found.left_out.extend(left_out(&source, &format!("{mode}.{SURGE}.{limit}"), SET, LIMIT)?);
     }
     found.left_out.extend(left_out(&source, &format!("{mode}.{SURGE}.d"), SET, NO_RATE)?);
     Ok(found)
@@ -239,7 +264,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
     no_weight(pid)?;
     no_depth(pid, "the depth of mvp is a loop of its own, from depth to a force")?;
     let source = source(text, file)?;
-    let Read { mode, pitch, surge, drive } = read(&source, missing)?;
+    let Read { mode, turn, surge, drive } = read(&source, pid.turn.angle, missing)?;
     plain.require(pid, drive, "that is the --unit given for the file")?;
     let mut new = vec![];
     let mut write = |numbers: &'_ [Option<Numbers>; 3], freedom: &str, gains: &[f64]| {
@@ -255,7 +280,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
         }
         Ok::<_, FileError>(())
     };
-    write(&pitch, PITCH, &plain.pitch)?;
+    write(&turn, freedom(pid.turn.angle), &plain.turn)?;
     let writes_speed = plain.speed.is_some() && surge[0].is_some();
     if let (Some(gains), Some(speed), true) = (plain.speed, &pid.speed, writes_speed) {
         if speed.reference_weight != 0.0 || speed.rolloff > 0.0 {
@@ -265,7 +290,9 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
         write(&surge, SURGE, &gains)?;
     }
     let mut notes = not_written(pid, writes_speed);
-    notes.extend(stay(left_out(&source, &format!("{mode}.{SURGE}.d"), SET, NO_RATE)?.as_slice()));
+    if pid.turn.angle == Angle::Pitch {
+        notes.extend(stay(left_out(&source, &format!("{mode}.{SURGE}.d"), SET, NO_RATE)?.as_slice()));
+    }
     let new: Vec<(&Numbers, Vec<f64>)> =
         new.iter().map(|(numbers, gains)| (numbers, gains.clone())).collect();
     let (text, changes) = source.replaced(&new);

@@ -3,8 +3,8 @@
 use crate::structure::{SPEED, close, response};
 use nalgebra::Complex;
 use proptest::prelude::*;
-use squid_pid::Drive;
 use squid_pid::autopilots::{Autopilot, Import, Missing, export, import};
+use squid_pid::{Angle, Drive};
 
 /// The gains for LAUV, as in etc/auv/control.ini of DUNE.
 const DUNE: &str = "[Control.AUV.Speed]\nMPS PID Gains                           = 0.0, 25.0, 0.0\n\n\
@@ -53,7 +53,7 @@ const ALL: [(Autopilot, &str); 4] =
     [(Autopilot::Dune, DUNE), (Autopilot::ArduSub, ARDUSUB), (Autopilot::Mvp, MVP), (Autopilot::Mss, MSS)];
 
 fn read(autopilot: Autopilot, text: &str) -> Result<Import, String> {
-    import(autopilot, text, "theirs", &missing(autopilot)).map_err(|error| error.to_string())
+    import(autopilot, Angle::Pitch, text, "theirs", &missing(autopilot)).map_err(|error| error.to_string())
 }
 
 /// The gains as `pitch.kp`, value, unit.
@@ -129,7 +129,7 @@ fn gains_of_mvp_have_the_unit_that_is_given() {
     let alone = read(Autopilot::Mvp, &MVP.replace("{p: 10.0,", "{p: 0.0,")).unwrap();
     assert!(alone.remarks().iter().any(|words| words.contains("surge.i = 3.0 (line 6): without p")));
     let hold = Missing { drive: Some(Drive::Deflection), mode: Some("hold".into()), ..Missing::default() };
-    let found = import(Autopilot::Mvp, MVP, "theirs", &hold).unwrap();
+    let found = import(Autopilot::Mvp, Angle::Pitch, MVP, "theirs", &hold).unwrap();
     assert_eq!(gains(&found), [("pitch.kp".into(), 6.0, "rad/rad"), ("pitch.kd".into(), 3.5, "rad.s/rad")]);
 }
 
@@ -193,6 +193,88 @@ fn ardusub_has_the_weight_of_its_cascade_alone() {
         words.starts_with("mine.toml:5: 'controller.pitch.ki'") && words.contains("60 N.m/(rad.s)"),
         "{words}"
     );
+}
+
+/// A file of each autopilot with gains of heading and of roll.
+const TURNS: [(Autopilot, Angle, &str); 6] = [
+    (
+        Autopilot::Dune,
+        Angle::Heading,
+        "[Control.AUV.Attitude]\nHeading PID Gains = 1.5, 0.0, 0.0\nHeading Rate PID Gains = 1.2, 0.3, 0.0\n\
+         Maximum Heading Rate = 30\n[Control.AUV.Allocator]\nFin effect N = 0.4\n",
+    ),
+    (
+        Autopilot::Dune,
+        Angle::Roll,
+        "[Control.AUV.Attitude]\nEnable roll controller = true\nRoll PID Gains = 2.1, 0.1, 0.4\n\
+         [Control.AUV.Allocator]\nFin effect K = 0.25\n",
+    ),
+    (Autopilot::ArduSub, Angle::Heading, "ATC_ANG_YAW_P,6.0\nATC_RAT_YAW_P,0.18\nATC_RAT_YAW_I,0.018\n"),
+    (Autopilot::ArduSub, Angle::Roll, "ATC_ANG_RLL_P,6.0\nATC_RAT_RLL_P,0.135\nATC_RAT_RLL_I,0.09\n"),
+    (
+        Autopilot::Mvp,
+        Angle::Heading,
+        "control_modes:\n  flight:\n    pitch: {p: 1.0}\n    yaw: {p: 5.0, i: 1.0, d: 2.0, i_max: 5, i_min: -5}\n",
+    ),
+    (Autopilot::Mvp, Angle::Roll, "control_modes:\n  flight:\n    roll: {p: 5.0, d: 2.0}\n"),
+];
+
+/// The gains, from the laws of the autopilots by hand, and back into the same bytes.
+#[test]
+fn gains_of_heading_and_of_roll_are_read_and_written() {
+    // DUNE: 1.2 (1.5 e - psi') + 0.3 int over 2 x 0.4 N m/rad; 4 fins of 0.25 N m/rad. ArduSub: times 40 N m.
+    let expected: [&[f64]; 6] = [
+        &[(1.2 * 1.5 + 0.3) / 0.8, 0.3 * 1.5 / 0.8, 1.2 / 0.8, 1.8 / 2.1],
+        &[2.1, 0.1, 0.4],
+        &[40.0 * (0.18 * 6.0 + 0.018), 40.0 * 0.018 * 6.0, 40.0 * 0.18, 1.08 / 1.098],
+        &[40.0 * (0.135 * 6.0 + 0.09), 40.0 * 0.09 * 6.0, 40.0 * 0.135, 0.9],
+        &[5.0, 1.0, 2.0],
+        &[5.0, 2.0],
+    ];
+    for ((autopilot, angle, text), expected) in TURNS.into_iter().zip(expected) {
+        let found = import(autopilot, angle, text, "theirs", &missing(autopilot)).unwrap();
+        assert!(found.gains.iter().all(|gain| gain.table == angle.name()), "{:?}", found.gains);
+        assert_eq!(found.gains.len(), expected.len());
+        for (gain, expected) in found.gains.iter().zip(expected) {
+            assert!((gain.value - expected).abs() < 1e-9 * expected, "{gain:?} {expected}");
+        }
+        let toml = found.toml("theirs");
+        assert!(!toml.contains("[controller.speed]"), "{toml}");
+        assert!(toml.lines().all(|line| line.chars().count() <= 100), "{toml}");
+        assert_eq!(written(autopilot, &toml, text).unwrap(), text);
+    }
+}
+
+/// Laws of heading and of roll that are no PID, and gains that are not flown.
+#[test]
+fn other_laws_of_heading_and_of_roll_are_refused() {
+    let cases = [
+        (
+            0,
+            "1.5, 0.0, 0.0",
+            "1.5, 0.1, 0.0",
+            "theirs:2: '[Control.AUV.Attitude] Heading PID Gains' is with ki = 0.1",
+        ),
+        (0, "Maximum Heading Rate = 30", "Heading Rate Open Loop = true", "Heading Rate Open Loop' is true"),
+        (1, "controller = true", "controller = false", "Enable roll controller' is false"),
+        (1, "Enable", "Roll Compensation -- Use Speed = true\nEnable", "Use Speed' is true"),
+        (2, "YAW_I", "YAW_FF", "missing key 'ATC_RAT_YAW_I'"),
+        (4, "yaw", "x", "missing key 'control_modes.MODE.yaw'"),
+    ];
+    for (case, from, to, words) in cases {
+        let (autopilot, angle, text) = TURNS[case];
+        assert!(text.contains(from), "{from}");
+        let missing = Missing { mode: None, ..missing(autopilot) };
+        let found =
+            import(autopilot, angle, &text.replace(from, to), "theirs", &missing).unwrap_err().to_string();
+        assert!(found.contains(words), "{found}\n instead of {words}");
+    }
+    let found = import(Autopilot::Mss, Angle::Heading, MSS, "theirs", &Missing::default()).unwrap_err();
+    assert!(found.to_string().starts_with("theirs:1: '--axis' is heading"), "{found}");
+    let heading = "kp = { value = 3.0, unit = \"rad/rad\" }\n";
+    let heading = controller(heading, "").replace("pitch", "heading");
+    let found = written(Autopilot::Mss, &heading, MSS).unwrap_err();
+    assert!(found.starts_with("mine.toml:3: 'controller.heading' is given"), "{found}");
 }
 
 /// Every file with the gains that it has is the same to the last byte, and so is what was read of it.
@@ -351,7 +433,7 @@ fn what_a_file_cannot_mean_is_refused() {
 #[test]
 fn what_the_file_does_not_say_must_be_given() {
     let without = |autopilot, text, missing: &Missing| {
-        import(autopilot, text, "theirs", missing).unwrap_err().to_string()
+        import(autopilot, Angle::Pitch, text, "theirs", missing).unwrap_err().to_string()
     };
     let hint = Missing { hint: Some("so much".into()), ..Missing::default() };
     let words = without(Autopilot::ArduSub, ARDUSUB, &hint);

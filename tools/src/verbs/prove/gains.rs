@@ -6,8 +6,8 @@ use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
 use squid_auv::{Actuator, Vehicle};
 use squid_base::files::{read, write};
-use squid_pid::Drive;
 use squid_pid::autopilots::{Autopilot, Import, Missing, export, import};
+use squid_pid::{Angle, Drive};
 use std::path::{Path, PathBuf};
 
 #[allow(missing_docs)] // Doc comments here are the help.
@@ -23,6 +23,9 @@ pub enum GainsVerb {
         file: PathBuf,
         #[command(flatten)]
         how: How,
+        /// The angle whose gains are read
+        #[arg(long, value_enum, default_value_t = Axis::Pitch, value_name = "ANGLE")]
+        axis: Axis,
         /// The file to write instead
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
@@ -33,7 +36,8 @@ pub enum GainsVerb {
     /// Write the gains of a `[controller]` into an autopilot's file
     ///
     /// Only the numbers of the gains change; every other byte of the file stays. Refused are gains that the autopilot
-    /// cannot have: over speed, with a model, a filter, or a weight of the reference; the file is then as it was.
+    /// cannot have: over speed, with a model, a filter, or a weight of the reference; the file is then as it was. The
+    /// angle is that of the `[controller]`.
     Export {
         /// A file with `[controller]` alone, as for `squid prove --controller`
         controller: PathBuf,
@@ -51,13 +55,13 @@ pub struct How {
     /// The autopilot
     #[arg(long, value_enum)]
     pub format: Format,
-    /// ArduSub: the pitching moment at output 1, N.m
+    /// ArduSub: the moment about the axis of the angle at output 1, N.m
     #[arg(long, value_name = "N.M", allow_negative_numbers = true)]
     pub full_output: Option<f64>,
-    /// mvp: the unit of the pitch command
+    /// mvp: the unit of the command
     #[arg(long, value_enum)]
     pub unit: Option<Command>,
-    /// mvp: the control mode, if several have pitch
+    /// mvp: the control mode, if several have the angle
     #[arg(long, value_name = "NAME")]
     pub mode: Option<String>,
 }
@@ -75,7 +79,28 @@ pub enum Format {
     Mss,
 }
 
-/// The unit of a pitch command.
+/// An angle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Axis {
+    /// Nose up and down, and depth and speed where the file has them
+    Pitch,
+    /// The turn; in mvp `yaw`
+    Heading,
+    /// The turn about the hull
+    Roll,
+}
+
+impl From<Axis> for Angle {
+    fn from(axis: Axis) -> Self {
+        match axis {
+            Axis::Pitch => Self::Pitch,
+            Axis::Heading => Self::Heading,
+            Axis::Roll => Self::Roll,
+        }
+    }
+}
+
+/// The unit of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Command {
     /// Deflection of control surfaces
@@ -126,9 +151,10 @@ impl How {
 /// Those of the files; [`Error::Argument`].
 pub fn run(verb: &GainsVerb) -> Result<(), Error> {
     match verb {
-        GainsVerb::Import { file, how, out, vehicle } => {
+        GainsVerb::Import { file, how, axis, out, vehicle } => {
+            let angle = Angle::from(*axis);
             let (autopilot, mut missing) = how.checked()?;
-            missing.hint = vehicle.as_ref().map(|vehicle| hint(vehicle)).transpose()?.flatten();
+            missing.hint = vehicle.as_ref().map(|vehicle| hint(vehicle, angle)).transpose()?.flatten();
             let (text, name) = (read(file)?, file.display().to_string());
             if let Some(out) = out.as_ref().filter(|out| out.canonicalize().ok() == file.canonicalize().ok())
             {
@@ -136,7 +162,7 @@ pub fn run(verb: &GainsVerb) -> Result<(), Error> {
                     (out.display().to_string(), "another file than the one that is read".into());
                 return Err(Error::Argument { name: "--out", found, allowed });
             }
-            let found = import(autopilot, &text, &name, &missing)?;
+            let found = import(autopilot, angle, &text, &name, &missing)?;
             imported(&found, &name, out.as_deref())
         }
         GainsVerb::Export { controller, how, into } => {
@@ -202,11 +228,11 @@ fn write_into(
     Ok(answer(&json!({ "file": into, "changes": changes, "remarks": found.notes }))?)
 }
 
-/// What the thrusters of a vehicle give in pitch, all at their limits.
-fn hint(vehicle: &Path) -> Result<Option<String>, Error> {
+/// What the thrusters of a vehicle give about the axis of an angle, all at their limits.
+fn hint(vehicle: &Path, angle: Angle) -> Result<Option<String>, Error> {
     let file = vehicle.join("vehicle.toml");
     let vehicle = Vehicle::parse(&read(&file)?, &file.display().to_string())?;
-    let moment = |actuator: &Actuator| (actuator.force(0.0, 1.0)[2] * actuator.reach()).abs();
+    let moment = |actuator: &Actuator| (angle.moment(actuator, 0.0) * actuator.reach()).abs();
     let thrusters = vehicle.actuators.iter().filter(|actuator| actuator.unit() == "N");
     let all: f64 = thrusters.map(moment).sum();
     let words =
