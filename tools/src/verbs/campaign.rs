@@ -106,8 +106,7 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
     let to = asked.to.clone().unwrap_or_else(|| directory.join("campaign"));
     check_directory(&to)?;
     let sea = asked.sea.as_ref().map(|path| read_sea(path, first)).transpose()?;
-    let load = |(inputs, directory): &(Inputs, PathBuf)| load_or_design(inputs, directory);
-    let stored: Vec<Stored> = axes.iter().map(load).collect::<Result<_, _>>()?;
+    let stored = load_or_design(&axes)?;
     let designs: Vec<_> = axes.iter().map(|(inputs, _)| inputs).zip(&stored).collect();
     let points = match asked.points {
         Where::Uniform => Points::Uniform,

@@ -34,7 +34,12 @@ use std::path::{Path, PathBuf};
 pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
     let Asked { axes, directory } = which.read_to_write()?;
     let (mut of_axes, mut stored) = (vec![], vec![]);
-    for (place, (later, finished)) in side_by_side(&axes, asked).into_iter().enumerate() {
+    if axes.len() > 1 {
+        say(&format!("Axis of {}", axes[0].0.design.steered()));
+    }
+    let finished =
+        side_by_side(&axes, |inputs, directory, progress| designed(inputs, directory, asked, progress));
+    for (place, (later, finished)) in finished.into_iter().enumerate() {
         let (inputs, directory) = &axes[place];
         if axes.len() > 1 && place > 0 {
             say(&format!("\nAxis of {}", inputs.design.steered()));
@@ -62,18 +67,17 @@ pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
     if asked.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
 }
 
-/// Designs all axes at once; what is said of the others is kept until the first is shown.
-fn side_by_side(axes: &[(Inputs, PathBuf)], asked: &Design) -> Vec<(Later, Result<Finished, Error>)> {
-    let several = axes.len() > 1;
+/// Does something for all axes at once, with progress; that of the others is kept until the first is shown.
+fn side_by_side<T: Send>(
+    axes: &[(Inputs, PathBuf)],
+    each: impl Fn(&Inputs, &Path, &Progress<'_>) -> T + Sync,
+) -> Vec<(Later, T)> {
     let one = |(place, (inputs, directory)): (usize, &(Inputs, PathBuf))| {
         let later = Later::default();
         let keep = |event: Event| later.keep(event);
         let progress = if place == 0 { Progress::new(&show) } else { Progress::new(&keep) };
-        if several && place == 0 {
-            say(&format!("Axis of {}", inputs.design.steered()));
-        }
-        let finished = designed(inputs, directory, asked, &progress);
-        (later, finished)
+        let done = each(inputs, directory, &progress);
+        (later, done)
     };
     axes.par_iter().enumerate().map(one).collect()
 }
@@ -241,13 +245,20 @@ fn designed(
     Ok(finished)
 }
 
-/// The stored design, or a new one if there is none or the files changed since. The caller reports whether it is
-/// proved.
+/// Returns the stored design of each axis, or a new one if there is none or the files changed since; new ones are made
+/// side by side. The caller reports whether they are proved.
 ///
 /// # Errors
 /// Those of the files and of the stages. [`StoreError::Stale`] where a new design would not have all of the old one.
-pub fn load_or_design(inputs: &Inputs, directory: &Path) -> Result<Stored, Error> {
-    let progress = Progress::new(&show);
+pub fn load_or_design(axes: &[(Inputs, PathBuf)]) -> Result<Vec<Stored>, Error> {
+    let one = |(later, stored): (Later, Result<Stored, Error>)| {
+        later.show();
+        stored
+    };
+    side_by_side(axes, load_or_design_one).into_iter().map(one).collect()
+}
+
+fn load_or_design_one(inputs: &Inputs, directory: &Path, progress: &Progress<'_>) -> Result<Stored, Error> {
     match store::load(directory, inputs) {
         Err(DesignError::Store(StoreError::NotDesigned { .. })) => {}
         Err(DesignError::Store(StoreError::Stale { what, .. })) if !has_more(directory) => {
@@ -256,8 +267,7 @@ pub fn load_or_design(inputs: &Inputs, directory: &Path) -> Result<Stored, Error
         }
         other => return Ok(other?),
     }
-    designed(inputs, directory, &Design::default(), &progress)?;
-    say("");
+    designed(inputs, directory, &Design::default(), progress)?;
     Ok(store::load(directory, inputs)?)
 }
 

@@ -39,9 +39,8 @@ pub fn run(which: &Which, paper: bool, sea: Option<&Path>, beside: &[String]) ->
         return Err(Error::Argument { name: "--beside", found, allowed });
     }
     let others = others(which, first, &directory, beside)?;
-    let load = |(inputs, directory): &(Inputs, PathBuf)| load_or_design(inputs, directory);
-    let stored: Vec<Stored> = axes.iter().map(load).collect::<Result<_, _>>()?;
-    let beside: Vec<Stored> = others.iter().map(load).collect::<Result<_, _>>()?;
+    let stored = load_or_design(&axes)?;
+    let beside = load_or_design(&others)?;
     let progress = Progress::new(&show);
     let all: Vec<&Inputs> = axes.iter().map(|(inputs, _)| inputs).collect();
     let make = || {

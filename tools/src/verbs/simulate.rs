@@ -40,12 +40,10 @@ pub fn run(
             ("given".to_owned(), "left out of a design that has no axis of heading beside another");
         return Err(Error::Argument { name, found, allowed: allowed.into() });
     }
-    let mut stored = vec![];
     let sea = sea.map(|path| read_sea(path, &axes[0].0)).transpose()?;
-    for (inputs, directory) in &axes {
-        let own = load_or_design(inputs, directory)?;
+    let stored = load_or_design(&axes)?;
+    for ((inputs, _), own) in axes.iter().zip(&stored) {
         own.unproved(inputs).iter().for_each(|words| say(words));
-        stored.push(own);
     }
     let mut found = vec![];
     for ((inputs, directory), stored) in axes.iter().zip(&stored) {
