@@ -42,16 +42,16 @@ impl Input {
         let set = Role::input(move |m: &mut Axis, v| self.set(m, v));
         let of = |name: &str, what: &str| Variable::real(name, what, move |m| self.of(m), set);
         let one = match self {
-            Self::Measured(place) => {
-                let signal = &design.signals[place];
+            Self::Measured(index) => {
+                let signal = &design.signals[index];
                 within_range(of(&signal.name, &signal.measured), signal, design, true)
             }
-            Self::Reference(place) => {
-                let (signal, (name, wanted)) = (&design.signals[place], reference(design, place));
+            Self::Reference(index) => {
+                let (signal, (name, wanted)) = (&design.signals[index], reference(design, index));
                 within_range(of(name, wanted), signal, design, false)
             }
-            Self::Applied(place) => {
-                let actuator = &design.actuators[place];
+            Self::Applied(index) => {
+                let actuator = &design.actuators[index];
                 let what = format!(
                     "what {} was really commanded; used while the controller is not engaged, or with applied_given",
                     actuator.name
@@ -123,11 +123,11 @@ pub(crate) fn engagement() -> [Variable; 2] {
 
 /// Whether a measurement is valid.
 pub(crate) fn validity(input: Input, design: &ControllerDesign) -> Option<Variable> {
-    let Input::Measured(place) = input else { return None };
+    let Input::Measured(index) = input else { return None };
     design.failsafe.as_ref()?;
-    let set = Role::input(move |m: &mut Axis, v| m.valid[place] = v);
-    let what = format!("the measured value of {} is valid", design.signals[place].name);
-    Some(Variable::boolean(valid(&design.signals[place]), what, move |m| m.valid[place], set))
+    let set = Role::input(move |m: &mut Axis, v| m.valid[index] = v);
+    let what = format!("the measured value of {} is valid", design.signals[index].name);
+    Some(Variable::boolean(valid(&design.signals[index]), what, move |m| m.valid[index], set))
 }
 
 /// The name of the input that says whether a measurement is valid.

@@ -43,8 +43,8 @@ pub struct ClosedLoop {
 }
 
 /// The signal of a reference.
-pub(crate) fn signal(place: usize) -> Option<&'static Signal> {
-    references().nth(place).map(|(.., signal)| signal)
+pub(crate) fn signal(index: usize) -> Option<&'static Signal> {
+    references().nth(index).map(|(.., signal)| signal)
 }
 
 /// Checks that an axis is one of this vehicle, and returns its view: the first for the first axis, and for another one
@@ -75,8 +75,8 @@ fn fits(
 
 /// The place among [`references`] of each reference of an axis of a view; the speed is that of the first view.
 fn taken(view: &View, axis: &Axis) -> Vec<usize> {
-    let of = |place: usize| {
-        let name = view.interface.signals[place].name;
+    let of = |index: usize| {
+        let name = view.interface.signals[index].name;
         references().position(|(.., signal)| signal.name == name).unwrap_or(SPEED)
     };
     (0..axis.design().references().count()).map(of).collect()
@@ -129,21 +129,21 @@ impl ClosedLoop {
 
     /// The places of the references that the loop has.
     pub(crate) fn followed(&self) -> Vec<usize> {
-        let has = |place: &usize| {
-            self.owner(*place).is_some_and(|(axis, own)| self.axes[axis].design().has_reference(own))
+        let has = |index: &usize| {
+            self.owner(*index).is_some_and(|(axis, own)| self.axes[axis].design().has_reference(own))
         };
         (0..REFERENCES).filter(has).collect()
     }
 
     /// The axis that takes a reference, and its place there.
-    pub(crate) fn owner(&self, place: usize) -> Option<(usize, usize)> {
-        let of = |taken: &Vec<usize>| taken.iter().position(|one| *one == place);
+    pub(crate) fn owner(&self, index: usize) -> Option<(usize, usize)> {
+        let of = |taken: &Vec<usize>| taken.iter().position(|one| *one == index);
         self.taken.iter().enumerate().find_map(|(axis, taken)| Some((axis, of(taken)?)))
     }
 
     /// A reference as the law used it at the last tick.
-    pub(crate) fn reference_used(&self, place: usize) -> f64 {
-        self.owner(place).map_or(0.0, |(axis, own)| self.axes[axis].autopilot().references()[own])
+    pub(crate) fn reference_used(&self, index: usize) -> f64 {
+        self.owner(index).map_or(0.0, |(axis, own)| self.axes[axis].autopilot().references()[own])
     }
 
     /// Puts the vehicle into level trim at the manoeuvre's speed, and the autopilot's state to zero, at a time \[s\].
@@ -209,8 +209,8 @@ impl ClosedLoop {
             for (to, sensed) in axis.inputs.measured.iter_mut().zip(view.sensed) {
                 *to = (sensed.value)(&state);
             }
-            for (reference, place) in axis.inputs.references.iter_mut().zip(taken) {
-                *reference = references[*place];
+            for (reference, index) in axis.inputs.references.iter_mut().zip(taken) {
+                *reference = references[*index];
             }
         }
         self.plant.inputs.operating_speed = path_speed;
@@ -219,8 +219,8 @@ impl ClosedLoop {
 
     /// Passes the commands to the plant.
     fn command(&mut self) {
-        for (axis, places) in self.axes.iter().zip(&self.commanded) {
-            for (index, place) in places.iter().enumerate() {
+        for (axis, indices) in self.axes.iter().zip(&self.commanded) {
+            for (index, place) in indices.iter().enumerate() {
                 self.plant.inputs.commands[*place] = axis.command(index);
             }
         }

@@ -132,8 +132,8 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
     let actuators = actuators(model);
     let own = move |quantity: Own| quantity.number(actuators);
-    let widest = |place: usize| {
-        let (axis, own) = model.owner(place)?;
+    let widest = |index: usize| {
+        let (axis, own) = model.owner(index)?;
         let design = model.axes[axis].design();
         design.widest(&design.signals[own])
     };
@@ -145,21 +145,21 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
         |m| m.outside.manual,
         Role::input(|m, v| m.outside.manual = v),
     );
-    let references = followed(model).map(move |(place, signal, reference)| {
+    let references = followed(model).map(move |(index, signal, reference)| {
         let one = Variable::real(
             reference.name,
             format!("{}, while manual is true; until it is set, that of the default start", reference.wanted),
-            move |m| m.outside.references[place],
-            Role::input(move |m, v| m.outside.references[place] = v),
+            move |m| m.outside.references[index],
+            Role::input(move |m, v| m.outside.references[index] = v),
         )
         .unit(signal.unit)
         .nominal(signal.nominal)
-        .quantity(own(Own::Reference(place)))
-        .slope(move |m, v| m.outside.slopes[place] = v);
-        match (signal.level, widest(place).or(signal.range)) {
+        .quantity(own(Own::Reference(index)))
+        .slope(move |m, v| m.outside.slopes[index] = v);
+        match (signal.level, widest(index).or(signal.range)) {
             // The start may lie outside: it is that of the default flight.
-            (_, Some([least, most])) => one.range(least.min(wanted[place]), most.max(wanted[place])),
-            (Level::Scheduled, None) => one.range(slowest.min(wanted[place]), fastest.max(wanted[place])),
+            (_, Some([least, most])) => one.range(least.min(wanted[index]), most.max(wanted[index])),
+            (Level::Scheduled, None) => one.range(slowest.min(wanted[index]), fastest.max(wanted[index])),
             _ => one,
         }
     });
@@ -291,8 +291,8 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let knowns = knowns_of_first_tick(model);
     let stepped = model.stepped();
     let Signal { name, unit, nominal, .. } = SIGNALS[stepped];
-    let measured = |m: &ClosedLoop, place| {
-        if place == DEPTH { m.plant.state().depth } else { m.plant.state().motion.theta }
+    let measured = |m: &ClosedLoop, index| {
+        if index == DEPTH { m.plant.state().depth } else { m.plant.state().motion.theta }
     };
     let error = Variable::real(
         "tracking_error",
@@ -305,14 +305,14 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     .initially_depends_on(&knowns)
     .nominal(nominal)
     .quantity(own(Own::TrackingError));
-    let used = followed(model).map(move |(place, signal, reference)| {
+    let used = followed(model).map(move |(index, signal, reference)| {
         Variable::real(
             format!("{}_used", reference.name),
             format!(
                 "{}, at the last tick, of the manoeuvre or the input, within the envelope",
                 reference.wanted
             ),
-            move |m: &ClosedLoop| m.reference_used(place),
+            move |m: &ClosedLoop| m.reference_used(index),
             Role::output(),
         )
         .unit(signal.unit)
@@ -320,7 +320,7 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
         .initially_depends_on(&knowns)
         .discrete()
         .nominal(signal.nominal)
-        .quantity(own(Own::ReferenceUsed(place)))
+        .quantity(own(Own::ReferenceUsed(index)))
     });
     used.chain([error])
 }

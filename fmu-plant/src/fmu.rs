@@ -83,7 +83,7 @@ impl Model for PlantModel {
 
     fn states(&self, states: &mut [f64]) {
         let now = self.plant.instant();
-        let motion = self.places().iter().map(|place| now.state[*place]);
+        let motion = self.indices().iter().map(|state_index| now.state[*state_index]);
         let outputs = self.lagging().map(|index| self.plant.outputs()[index]);
         for (state, value) in states.iter_mut().zip(motion.chain(outputs)) {
             *state = value;
@@ -92,11 +92,11 @@ impl Model for PlantModel {
 
     fn set_states(&mut self, states: &[f64]) {
         let mut instant = self.plant.instant();
-        for (place, value) in self.places().iter().zip(states) {
-            instant.state[*place] = *value;
+        for (state_index, value) in self.indices().iter().zip(states) {
+            instant.state[*state_index] = *value;
         }
         self.plant.set_motion_over_ground(&instant);
-        let mut outputs = states.iter().skip(self.places().len());
+        let mut outputs = states.iter().skip(self.indices().len());
         for index in 0..self.vehicle.actuators.len() {
             if self.vehicle.actuators[index].lag > 0.0
                 && let Some(&output) = outputs.next()
@@ -124,7 +124,7 @@ impl Model for PlantModel {
 
     fn derivatives(&self, rates: &mut [f64]) {
         let all = self.rates();
-        let motion = self.places().iter().map(|place| all[*place]);
+        let motion = self.indices().iter().map(|state_index| all[*state_index]);
         let outputs = self.lagging().map(|index| self.output_rate(index));
         for (rate, value) in rates.iter_mut().zip(motion.chain(outputs)) {
             *rate = value;

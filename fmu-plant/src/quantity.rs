@@ -1,6 +1,6 @@
 //! The quantities with exact derivatives in the plant.
 
-use squid_auv::place::STATES;
+use squid_auv::index::STATES;
 
 /// One quantity that does not belong to an actuator. In the vertical plane nothing belongs to some.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

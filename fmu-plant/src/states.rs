@@ -1,6 +1,6 @@
 //! The part of the table of variables that model exchange needs.
 
-use squid_auv::{Actuator, place};
+use squid_auv::{Actuator, index};
 
 use crate::variables::{GIVEN_SPEED, external, knowns_of_trim, of_current};
 use crate::{PlantModel, Quantity, WAVES};
@@ -15,37 +15,42 @@ pub fn states(model: &PlantModel) -> Vec<Variable> {
     let heading: &[&str] = if model.turns() { &["initial_heading"] } else { &[] };
     let knowns = [&knowns_of_trim(model)[..], heading, of_current(model), waves].concat();
     let directions = [
-        (place::SURGE, "along the body axis, forward"),
-        (place::SWAY, "across the body axis, to starboard"),
-        (place::HEAVE, "across the body axis, down"),
+        (index::SURGE, "along the body axis, forward"),
+        (index::SWAY, "across the body axis, to starboard"),
+        (index::HEAVE, "across the body axis, down"),
     ];
-    let over_ground = directions.into_iter().filter(|(place, _)| model.places().contains(place));
-    let over_ground = over_ground.map(|(place, direction)| {
+    let over_ground = directions.into_iter().filter(|(state_index, _)| model.indices().contains(state_index));
+    let over_ground = over_ground.map(|(state_index, direction)| {
         let description = format!("velocity over ground {direction}");
-        Variable::real(model.state_name(place), description, move |m| m.instant().state[place], Role::local())
-            .unit("m/s")
-            .nominal(1.0)
-            .initially_depends_on(&knowns)
-            .quantity(Quantity::State(place).number())
+        Variable::real(
+            model.state_name(state_index),
+            description,
+            move |m| m.instant().state[state_index],
+            Role::local(),
+        )
+        .unit("m/s")
+        .nominal(1.0)
+        .initially_depends_on(&knowns)
+        .quantity(Quantity::State(state_index).number())
     });
     let mut table: Vec<Variable> = over_ground.collect();
-    table.extend(model.places().iter().map(|place| motion_rate(model, *place)));
+    table.extend(model.indices().iter().map(|state_index| motion_rate(model, *state_index)));
     table.extend(model.lagging().map(|index| output_rate(index, &model.vehicle().actuators[index])));
     table
 }
 
 impl PlantModel {
     /// The places of the states that the vehicle has.
-    pub(crate) fn places(&self) -> &'static [usize] {
-        static ALL: [usize; place::STATES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
+    pub(crate) fn indices(&self) -> &'static [usize] {
+        static ALL: [usize; index::STATES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
         static PLANE: [usize; 6] =
-            [place::SURGE, place::HEAVE, place::Q, place::PITCH, place::NORTH, place::DEPTH];
+            [index::SURGE, index::HEAVE, index::Q, index::PITCH, index::NORTH, index::DEPTH];
         if self.turns() { &ALL } else { &PLANE }
     }
 
     /// The name of a state.
-    fn state_name(&self, place: usize) -> &'static str {
-        const NAMES: [&str; place::STATES] = [
+    fn state_name(&self, index: usize) -> &'static str {
+        const NAMES: [&str; index::STATES] = [
             "surge_over_ground",
             "sway_over_ground",
             "heave_over_ground",
@@ -59,54 +64,54 @@ impl PlantModel {
             "east",
             "depth",
         ];
-        match place {
-            place::Q if !self.turns() => "pitch_rate",
-            place::NORTH if !self.turns() => "distance",
-            _ => NAMES[place],
+        match index {
+            index::Q if !self.turns() => "pitch_rate",
+            index::NORTH if !self.turns() => "distance",
+            _ => NAMES[index],
         }
     }
 }
 
 /// The rate of a state of the motion.
-fn motion_rate(model: &PlantModel, place: usize) -> Variable {
-    let (unit, places): (_, &[usize]) = match place {
-        place::ROLL => ("rad/s", &[place::P, place::Q, place::R, place::ROLL, place::PITCH]),
-        place::PITCH if model.turns() => ("rad/s", &[place::Q, place::R, place::ROLL]),
-        place::PITCH => ("rad/s", &[place::Q]),
-        place::HEADING => ("rad/s", &[place::Q, place::R, place::ROLL, place::PITCH]),
-        place::DEPTH => ("m/s", &[place::SURGE, place::SWAY, place::HEAVE, place::ROLL, place::PITCH]),
-        place::NORTH | place::EAST => {
-            ("m/s", &[place::SURGE, place::SWAY, place::HEAVE, place::ROLL, place::PITCH, place::HEADING])
+fn motion_rate(model: &PlantModel, index: usize) -> Variable {
+    let (unit, indices): (_, &[usize]) = match index {
+        index::ROLL => ("rad/s", &[index::P, index::Q, index::R, index::ROLL, index::PITCH]),
+        index::PITCH if model.turns() => ("rad/s", &[index::Q, index::R, index::ROLL]),
+        index::PITCH => ("rad/s", &[index::Q]),
+        index::HEADING => ("rad/s", &[index::Q, index::R, index::ROLL, index::PITCH]),
+        index::DEPTH => ("m/s", &[index::SURGE, index::SWAY, index::HEAVE, index::ROLL, index::PITCH]),
+        index::NORTH | index::EAST => {
+            ("m/s", &[index::SURGE, index::SWAY, index::HEAVE, index::ROLL, index::PITCH, index::HEADING])
         }
-        place::SURGE | place::SWAY | place::HEAVE => ("m/s2", &[]),
+        index::SURGE | index::SWAY | index::HEAVE => ("m/s2", &[]),
         _ => ("rad/s2", &[]),
     };
-    let linear = !model.turns() && place == place::PITCH;
-    let of_dynamics = places.is_empty() || (linear && !model.lpv().turns_with_pitch_rate_alone());
+    let linear = !model.turns() && index == index::PITCH;
+    let of_dynamics = indices.is_empty() || (linear && !model.lpv().turns_with_pitch_rate_alone());
     let mut knowns: Vec<String> =
-        if of_dynamics { knowns_of_dynamics(model) } else { names(model, places).collect() };
+        if of_dynamics { knowns_of_dynamics(model) } else { names(model, indices).collect() };
     if linear && !of_dynamics {
         knowns.push("operating_speed".into());
     }
     let knowns: Vec<&str> = knowns.iter().map(String::as_str).collect();
-    rate(model.state_name(place), unit, move |m| m.rates()[place])
+    rate(model.state_name(index), unit, move |m| m.rates()[index])
         .depends_on(&knowns)
-        .quantity(Quantity::Rate(place).number())
+        .quantity(Quantity::Rate(index).number())
 }
 
 /// The names of those states that the vehicle has.
-fn names<'a>(model: &'a PlantModel, places: &'a [usize]) -> impl Iterator<Item = String> {
-    let own = places.iter().filter(|place| model.places().contains(place));
-    own.map(|place| model.state_name(*place).to_owned())
+fn names<'a>(model: &'a PlantModel, indices: &'a [usize]) -> impl Iterator<Item = String> {
+    let own = indices.iter().filter(|index| model.indices().contains(index));
+    own.map(|index| model.state_name(*index).to_owned())
 }
 
 /// On what the accelerations depend.
 fn knowns_of_dynamics(model: &PlantModel) -> Vec<String> {
-    let place_matters = |place: &usize| match *place {
-        place::NORTH | place::EAST => model.can_meet_waves(),
+    let place_matters = |index: &usize| match *index {
+        index::NORTH | index::EAST => model.can_meet_waves(),
         _ => true,
     };
-    let states: Vec<usize> = model.places().iter().copied().filter(place_matters).collect();
+    let states: Vec<usize> = model.indices().iter().copied().filter(place_matters).collect();
     let operating_speed = (!model.turns()).then_some("operating_speed");
     let given = model.takes_a_speed().then_some(GIVEN_SPEED);
     let external = external(model).map(|(_, name, ..)| name);

@@ -1,6 +1,6 @@
 //! Exact derivatives of the plant, by dual numbers in the code that simulates.
 
-use squid_auv::{Bottom, Dual64, Instant, Motion, place};
+use squid_auv::{Bottom, Dual64, Instant, Motion, index};
 
 use crate::{PlantModel, Quantity as Q};
 
@@ -25,8 +25,8 @@ impl PlantModel {
             tangents[Q::output(index)] = output.eps;
             tangents[Q::output_rate(index)] = rate.eps;
         }
-        for (place, rate) in rates.into_iter().enumerate() {
-            tangents[Q::Rate(place).number()] = rate.eps;
+        for (state_index, rate) in rates.into_iter().enumerate() {
+            tangents[Q::Rate(state_index).number()] = rate.eps;
         }
         let [roll_rate, pitch_rate, heading_rate] = motion.turning();
         for (quantity, value) in [
@@ -39,9 +39,9 @@ impl PlantModel {
         ] {
             tangents[quantity.number()] = value.eps;
         }
-        let moved = |place: usize| tangents[Q::State(place).number()];
+        let moved = |state_index: usize| tangents[Q::State(state_index).number()];
         let Bottom { north, east, .. } = self.settings.bottom;
-        let altitude = north * moved(place::NORTH) + east * moved(place::EAST) - moved(place::DEPTH);
+        let altitude = north * moved(index::NORTH) + east * moved(index::EAST) - moved(index::DEPTH);
         tangents[Q::Altitude.number()] = altitude;
         // V has no derivative at rest; 0 is the mean of those to either side.
         let square = u * u + w * w + v * v;
@@ -53,13 +53,13 @@ impl PlantModel {
         // At rest over ground the velocity through the water is minus that of the current.
         let now = self.instant();
         let mut against = Instant::<Dual64>::zero();
-        for angle in [place::ROLL, place::PITCH, place::HEADING] {
+        for angle in [index::ROLL, index::PITCH, index::HEADING] {
             against.state[angle] = Dual64::from(now.state[angle]);
         }
         against.current = self.seeded_current(now.current, tangents);
         let Motion { u, v, w, .. } = against.motion();
-        for (place, velocity) in [(place::SURGE, u), (place::SWAY, v), (place::HEAVE, w)] {
-            tangents[Q::State(place).number()] = -velocity.eps;
+        for (index, velocity) in [(index::SURGE, u), (index::SWAY, v), (index::HEAVE, w)] {
+            tangents[Q::State(index).number()] = -velocity.eps;
         }
     }
 
@@ -72,7 +72,7 @@ impl PlantModel {
         let now = self.instant();
         let in_current = Instant {
             time: dual(now.time, Q::Time),
-            state: std::array::from_fn(|place| dual(now.state[place], Q::State(place))),
+            state: std::array::from_fn(|index| dual(now.state[index], Q::State(index))),
             current: self.seeded_current(self.inputs.current.in_earth(), tangents),
             operating_speed: dual(now.operating_speed, Q::OperatingSpeed),
             given_speed: dual(now.given_speed, Q::GivenSpeed),

@@ -4,7 +4,7 @@
 //! and an actuator without lag follows its command. A master has no algebraic loop unless the commands follow such
 //! a quantity. First values of other outputs follow from parameters alone.
 
-use squid_auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity, Surge, place};
+use squid_auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity, Surge, index};
 use squid_fmi2::model_description::Enumeration;
 use squid_sea::Spectrum;
 
@@ -243,7 +243,7 @@ fn motion(model: &PlantModel) -> Vec<Variable> {
             .depends_on(&["roll", "angular_velocity_y", "angular_velocity_z"])
             .quantity(Quantity::PitchRate.number())
     } else {
-        state("pitch_rate", "rate of pitch (q)", "rad/s", place::Q, |m| m.state().motion.q)
+        state("pitch_rate", "rate of pitch (q)", "rad/s", index::Q, |m| m.state().motion.q)
     };
     let of_path: &[&str] = if model.turns() {
         &["surge_over_ground", "sway_over_ground", "heave_over_ground"]
@@ -252,7 +252,7 @@ fn motion(model: &PlantModel) -> Vec<Variable> {
     };
     let through = |one: Variable, quantity: Quantity, own: &[&str]| through_water(model, one, quantity, own);
     vec![
-        state("pitch", "pitch angle, positive bow up", "rad", place::PITCH, |m| m.state().motion.theta)
+        state("pitch", "pitch angle, positive bow up", "rad", index::PITCH, |m| m.state().motion.theta)
             .nominal(0.1)
             .initially_depends_on(&trim),
         through(speed.nominal(1.0), Quantity::Speed, &["surge_over_ground"]),
@@ -275,26 +275,26 @@ fn out_of_plane(model: &PlantModel) -> Vec<Variable> {
         .depends_on(&["roll", "pitch", "angular_velocity_x", "angular_velocity_y", "angular_velocity_z"])
         .quantity(Quantity::RollRate.number());
     let sway = through_water(model, sway.nominal(0.1), Quantity::Sway, &["sway_over_ground"]);
-    let of = |name, what, unit, place, get: fn(&PlantModel) -> f64| {
-        state(name, what, unit, place, get).nominal(0.1).initially_depends_on(&[])
+    let of = |name, what, unit, index, get: fn(&PlantModel) -> f64| {
+        state(name, what, unit, index, get).nominal(0.1).initially_depends_on(&[])
     };
     vec![
-        state("heading", "heading, clockwise from north, not wrapped", "rad", place::HEADING, |m| {
+        state("heading", "heading, clockwise from north, not wrapped", "rad", index::HEADING, |m| {
             m.state().heading
         })
         .nominal(1.0)
         .initially_depends_on(&["initial_heading"]),
         heading_rate.nominal(0.1).initially_depends_on(&[]),
-        of("roll", "roll angle, positive starboard down", "rad", place::ROLL, |m| m.state().motion.phi),
+        of("roll", "roll angle, positive starboard down", "rad", index::ROLL, |m| m.state().motion.phi),
         roll_rate.nominal(0.1).initially_depends_on(&[]),
         sway.initially_depends_on(&[]),
-        of("angular_velocity_x", "angular velocity about the body's x axis (p)", "rad/s", place::P, |m| {
+        of("angular_velocity_x", "angular velocity about the body's x axis (p)", "rad/s", index::P, |m| {
             m.state().motion.p
         }),
-        of("angular_velocity_y", "angular velocity about the body's y axis (q)", "rad/s", place::Q, |m| {
+        of("angular_velocity_y", "angular velocity about the body's y axis (q)", "rad/s", index::Q, |m| {
             m.state().motion.q
         }),
-        of("angular_velocity_z", "angular velocity about the body's z axis (r)", "rad/s", place::R, |m| {
+        of("angular_velocity_z", "angular velocity about the body's z axis (r)", "rad/s", index::R, |m| {
             m.state().motion.r
         }),
     ]
@@ -305,17 +305,17 @@ fn state(
     name: &str,
     description: &str,
     unit: &str,
-    place: usize,
+    index: usize,
     get: impl Fn(&PlantModel) -> f64 + Send + Sync + 'static,
 ) -> Variable {
-    output(name, description, unit, get).depends_linearly_on(name).quantity(Quantity::State(place).number())
+    output(name, description, unit, get).depends_linearly_on(name).quantity(Quantity::State(index).number())
 }
 
 fn position(model: &PlantModel) -> Vec<Variable> {
-    let depth = state("depth", "depth of the origin of the body", "m", place::DEPTH, |m| m.state().depth)
+    let depth = state("depth", "depth of the origin of the body", "m", index::DEPTH, |m| m.state().depth)
         .initially_depends_on(&["initial_depth"]);
-    let made = |name, what, place, get: fn(&PlantModel) -> f64| {
-        state(name, what, "m", place, get).initially_depends_on(&[])
+    let made = |name, what, index, get: fn(&PlantModel) -> f64| {
+        state(name, what, "m", index, get).initially_depends_on(&[])
     };
     let (over, knowns): (&[&str], &[&str]) = if model.turns() {
         (&["depth", "north", "east"], &["initial_depth", "bottom_depth"])
@@ -330,10 +330,10 @@ fn position(model: &PlantModel) -> Vec<Variable> {
         altitude.depends_on(over).initially_depends_on(knowns).quantity(Quantity::Altitude.number());
     let mut table = vec![depth, altitude];
     if model.turns() {
-        table.push(made("north", "way made north over ground", place::NORTH, |m| m.state().x));
-        table.push(made("east", "way made east over ground", place::EAST, |m| m.state().east));
+        table.push(made("north", "way made north over ground", index::NORTH, |m| m.state().x));
+        table.push(made("east", "way made east over ground", index::EAST, |m| m.state().east));
     } else {
-        table.push(made("distance", "horizontal way made over ground", place::NORTH, |m| m.state().x));
+        table.push(made("distance", "horizontal way made over ground", index::NORTH, |m| m.state().x));
     }
     table.into_iter().map(|one| one.nominal(10.0)).collect()
 }

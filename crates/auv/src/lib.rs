@@ -67,7 +67,7 @@ pub use simulation::integrator::IntegrationError;
 pub use simulation::load::Load;
 pub use simulation::lpv_model::{LPV_MODEL_FORMAT, LpvModel, LpvModelError, TrimPitch, TrimPoint};
 pub use simulation::plant::{Fidelity, Plant, State};
-pub use simulation::rates::{Instant, Rates, place};
+pub use simulation::rates::{Instant, Rates, index};
 pub use simulation::regular_waves::RegularWaves;
 pub use simulation::slopes::Slopes;
 pub use simulation::snapshot::{Snapshot, SnapshotError};

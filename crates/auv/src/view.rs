@@ -14,12 +14,12 @@ use squid_signals::{Interface, Level, Signal, States};
 /// The number of signals of the view that has most.
 pub const MOST_SIGNALS: usize = {
     let counts = [longitudinal::SENSED.len(), lateral::SENSED.len(), roll::SENSED.len()];
-    let (mut most, mut place) = (0, 0);
-    while place < counts.len() {
-        if counts[place] > most {
-            most = counts[place];
+    let (mut most, mut index) = (0, 0);
+    while index < counts.len() {
+        if counts[index] > most {
+            most = counts[index];
         }
-        place += 1;
+        index += 1;
     }
     most
 };
@@ -34,20 +34,20 @@ pub type Each<T> = [T; MOST_SIGNALS];
 pub type EachTracked<T> = [T; TRACKED];
 
 /// A value for the signal at a place in [`longitudinal::SIGNALS`], and 0 for the others that can be tracked.
-pub fn only(place: usize, value: f64) -> EachTracked<f64> {
-    std::array::from_fn(|one| if one == place { value } else { 0.0 })
+pub fn only(index: usize, value: f64) -> EachTracked<f64> {
+    std::array::from_fn(|one| if one == index { value } else { 0.0 })
 }
 
 /// The number of [`references`].
 pub const REFERENCES: usize = {
     const fn own(table: &[Sensed]) -> usize {
-        let (mut count, mut place) = (0, 0);
-        while place < table.len() {
-            let Signal { reference, level, .. } = &table[place].signal;
+        let (mut count, mut index) = (0, 0);
+        while index < table.len() {
+            let Signal { reference, level, .. } = &table[index].signal;
             if reference.is_some() && !matches!(level, Level::Scheduled) {
                 count += 1;
             }
-            place += 1;
+            index += 1;
         }
         count
     }
@@ -202,12 +202,12 @@ mod tests {
     fn an_offset_is_measured() {
         let state = somewhere();
         for view in VIEWS {
-            for place in 0..view.sensed.len() {
+            for index in 0..view.sensed.len() {
                 let mut by = [0.0; MOST_SIGNALS];
-                by[place] = 0.03;
+                by[index] = 0.03;
                 let (before, after) = (view.measured(&state), view.measured(&view.displaced(state, by)));
-                let name = view.sensed[place].signal.name;
-                assert!((after[place] - before[place] - 0.03).abs() < 1e-13, "{name}: {before:?} {after:?}");
+                let name = view.sensed[index].signal.name;
+                assert!((after[index] - before[index] - 0.03).abs() < 1e-13, "{name}: {before:?} {after:?}");
             }
             assert_eq!(view.displaced(state, [0.0; MOST_SIGNALS]), state);
         }
@@ -221,9 +221,9 @@ mod tests {
         assert!(
             !LONGITUDINAL.has_signals(["speed"]) && !ROLL.has_signals(["roll", "speed", "roll_rate", "sway"])
         );
-        for (place, view) in VIEWS.iter().enumerate() {
+        for (index, view) in VIEWS.iter().enumerate() {
             let names = || view.interface.signals.iter().map(|one| one.name);
-            assert_eq!(VIEWS.iter().position(|other| other.has_signals(names())), Some(place));
+            assert_eq!(VIEWS.iter().position(|other| other.has_signals(names())), Some(index));
         }
     }
 
@@ -262,8 +262,8 @@ mod tests {
                     view.measured(&to)
                 };
                 let (high, low) = (moved(step), moved(-step));
-                for (place, signal) in view.interface.signals.iter().enumerate() {
-                    let slope = (high[place] - low[place]) / (2.0 * step);
+                for (index, signal) in view.interface.signals.iter().enumerate() {
+                    let slope = (high[index] - low[index]) / (2.0 * step);
                     let row = signal.output(state);
                     assert!((slope - row).abs() < 1e-8, "{} by {}: {slope}", signal.name, state.symbol);
                 }

@@ -80,7 +80,7 @@ fn at(
 /// The uncertainty matrix of the vehicle of a flight; `None` if its trim is outside the ranges of the model.
 fn delta_of((plan, axis): (&Plan<'_>, &Axis<'_>), frozen: &FrozenUncertain, flight: u64) -> Option<CMat> {
     let (drawn, nominal) = (plan.draw(flight).delta, &frozen.nominal.trim);
-    let drawn: Vec<f64> = axis.places.iter().map(|place| drawn[*place]).collect();
+    let drawn: Vec<f64> = axis.indices.iter().map(|index| drawn[*index]).collect();
     let own = &axis.inputs.vehicle;
     let (vehicle, trim) = retrim(own, nominal, &axis.uncertain, &drawn).ok()?;
     let of = |uncertain: Uncertain| match uncertain {

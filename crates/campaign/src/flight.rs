@@ -161,9 +161,9 @@ impl Plan<'_> {
     /// what the axis steers.
     pub fn figures(&self) -> Vec<(String, &'static str)> {
         let mut all = vec![(TIME.0.to_owned(), TIME.1)];
-        for (place, axis) in self.axes.iter().enumerate() {
+        for (index, axis) in self.axes.iter().enumerate() {
             let steered = axis.steered();
-            for (name, unit) in FIGURES.into_iter().filter(|(name, _)| place == 0 || !is_of_speed(name)) {
+            for (name, unit) in FIGURES.into_iter().filter(|(name, _)| index == 0 || !is_of_speed(name)) {
                 all.push(match name {
                     "error_rms" => (format!("{}_error_rms", steered.name), steered.unit),
                     _ if self.axes.len() == 1 || is_of_speed(name) => (name.to_owned(), unit),
@@ -215,7 +215,7 @@ impl Plan<'_> {
         let Manoeuvre { speed_from, speed_to, .. } = drawn.manoeuvre;
         let steps = self.axes.iter().map(|axis| drawn.manoeuvre.step(axis.steered().name));
         let values = self.values(drawn).map(|(_, value)| value);
-        let starts = self.identity.starts.off().map(|(place, _)| drawn.off_trim[place]);
+        let starts = self.identity.starts.off().map(|(index, _)| drawn.off_trim[index]);
         let drawn = [speed_from, speed_to].into_iter().chain(steps).chain(starts).chain(values).collect();
         Row { flight, outcome, drawn, figures }
     }
@@ -270,10 +270,10 @@ impl Plan<'_> {
     fn judged(&self, flights: &[Flight], drawn: &Drawn) -> (Outcome, Vec<f64>) {
         let time = flights.first().and_then(|flight| flight.rows.last()).map_or(0.0, |row| row.time);
         let (mut all, mut outcome) = (vec![time], Outcome::Flown);
-        for (place, (axis, flight)) in self.axes.iter().zip(flights).enumerate() {
+        for (index, (axis, flight)) in self.axes.iter().zip(flights).enumerate() {
             let (own, figures) = axis.judged(flight, &drawn.manoeuvre);
             outcome = outcome.max(own);
-            let named = FIGURES.iter().zip(figures).filter(|((name, _), _)| place == 0 || !is_of_speed(name));
+            let named = FIGURES.iter().zip(figures).filter(|((name, _), _)| index == 0 || !is_of_speed(name));
             all.extend(named.map(|(_, figure)| figure));
         }
         (outcome, all)

@@ -79,8 +79,8 @@ pub struct Axis<'a> {
     pub stored: &'a Stored,
     /// Its uncertain numbers, by the actuators of the axis.
     pub uncertain: Vec<Block>,
-    /// Their places among those of the plan.
-    pub(crate) places: Vec<usize>,
+    /// Their indices among those of the plan.
+    pub(crate) indices: Vec<usize>,
 }
 
 /// A campaign.
@@ -187,14 +187,14 @@ impl<'a> Plan<'a> {
         let (mut uncertain, mut planned) = (Vec::<Block>::new(), vec![]);
         for (inputs, stored) in axes {
             let own = uncertain_of(inputs, stored)?;
-            let mut places = vec![];
+            let mut indices = vec![];
             for block in &own {
                 let block = of_vehicle(block, &inputs.vehicle, vehicle)?;
                 let known = uncertain.iter().position(|other| other.uncertain == block.uncertain);
-                places.push(known.unwrap_or(uncertain.len()));
+                indices.push(known.unwrap_or(uncertain.len()));
                 uncertain.extend(known.is_none().then_some(block));
             }
-            planned.push(Axis { inputs, stored, uncertain: own, places });
+            planned.push(Axis { inputs, stored, uncertain: own, indices });
         }
         let mut manoeuvre = axes[0].1.manoeuvre.clone();
         for (inputs, stored) in &axes[1..] {
@@ -273,10 +273,10 @@ impl<'a> Plan<'a> {
                 (numbers.next_u64() >> 11) as f64 * STEP
             }
             Points::Sobol => {
-                let (block, place) = (dimension / NUM_DIMENSIONS, dimension % NUM_DIMENSIONS);
+                let (block, index) = (dimension / NUM_DIMENSIONS, dimension % NUM_DIMENSIONS);
                 dimension += 1;
                 let point = (flight % SOBOL_LENGTH) as u32;
-                f64::from(sobol_burley::sample(point, place, sequence.wrapping_add(block)))
+                f64::from(sobol_burley::sample(point, index, sequence.wrapping_add(block)))
             }
         };
         let mut delta = || {
@@ -301,8 +301,8 @@ impl<'a> Plan<'a> {
         let sea_seed = numbers.next_u64() >> 33;
         // Last, so that the other numbers are the same with and without initial deviations.
         let mut off_trim = self.identity.starts.0;
-        for (place, _) in self.identity.starts.off() {
-            off_trim[place] *= 2.0 * uniform(&mut numbers) - 1.0;
+        for (index, _) in self.identity.starts.off() {
+            off_trim[index] *= 2.0 * uniform(&mut numbers) - 1.0;
         }
         Drawn { delta, manoeuvre, off_trim, sea_seed }
     }

@@ -22,7 +22,7 @@ impl Starts {
 
     /// The signals with an initial deviation, each with its index.
     pub fn off(&self) -> impl Iterator<Item = (usize, &'static Signal)> {
-        SIGNALS.iter().enumerate().filter(|(place, _)| self.0[*place] > 0.0)
+        SIGNALS.iter().enumerate().filter(|(index, _)| self.0[*index] > 0.0)
     }
 
     /// The suffix of a campaign's name; empty if all flights start in trim.
@@ -35,7 +35,7 @@ impl Starts {
 impl Display for Starts {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
         let one =
-            |(place, signal): (usize, &Signal)| format!("{}={}{}", signal.name, self.0[place], signal.unit);
+            |(index, signal): (usize, &Signal)| format!("{}={}{}", signal.name, self.0[index], signal.unit);
         f.write_str(&self.off().map(one).collect::<Vec<_>>().join(","))
     }
 }
@@ -46,11 +46,11 @@ impl FromStr for Starts {
     fn from_str(text: &str) -> Result<Self, String> {
         let mut starts = Self::default();
         for part in text.split(',') {
-            let (place, size) = start(part).ok_or_else(|| format!("'{part}' is none of {}", allowed()))?;
-            if starts.0[place] > 0.0 {
-                return Err(format!("{} occurs twice", SIGNALS[place].name));
+            let (index, size) = start(part).ok_or_else(|| format!("'{part}' is none of {}", allowed()))?;
+            if starts.0[index] > 0.0 {
+                return Err(format!("{} occurs twice", SIGNALS[index].name));
             }
-            starts.0[place] = size;
+            starts.0[index] = size;
         }
         Ok(starts)
     }
@@ -59,11 +59,11 @@ impl FromStr for Starts {
 /// The index of a signal, and its largest deviation, SI.
 fn start(part: &str) -> Option<(usize, f64)> {
     let (name, size) = part.split_once('=')?;
-    let place = SIGNALS.iter().position(|signal| signal.name == name)?;
+    let index = SIGNALS.iter().position(|signal| signal.name == name)?;
     let read =
         |unit: &squid_signals::Unit| Some(size.strip_suffix(unit.name)?.parse::<f64>().ok()? * unit.factor);
-    let size = SIGNALS[place].units.iter().find_map(read)?;
-    (size > 0.0 && size.is_finite()).then_some((place, size))
+    let size = SIGNALS[index].units.iter().find_map(read)?;
+    (size > 0.0 && size.is_finite()).then_some((index, size))
 }
 
 /// The allowed signals and units, in words.

@@ -64,9 +64,9 @@ fn wilson(found: usize, of: usize) -> [f64; 2] {
 /// The distribution of each figure.
 pub fn spreads(plan: &Plan<'_>, rows: &[Row]) -> Vec<Spread> {
     let names: Vec<String> = plan.drawn().into_iter().map(|(name, _)| name).collect();
-    let of = |(place, (figure, unit)): (usize, (String, &'static str))| {
+    let of = |(index, (figure, unit)): (usize, (String, &'static str))| {
         let mut known: Vec<(f64, &Row)> =
-            rows.iter().map(|row| (row.figures[place], row)).filter(|(value, _)| !value.is_nan()).collect();
+            rows.iter().map(|row| (row.figures[index], row)).filter(|(value, _)| !value.is_nan()).collect();
         known.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         let (largest, row) = *known.last()?;
         let at = |part: f64| known[((known.len() - 1) as f64 * part).round() as usize].0;
@@ -100,7 +100,7 @@ fn ranks(values: &[f64]) -> Vec<f64> {
     let mut ranks = vec![0.0; values.len()];
     let mut below = 0;
     for same in order.chunk_by(|a, b| values[*a] == values[*b]) {
-        same.iter().for_each(|place| ranks[*place] = below as f64 + 0.5 * (same.len() - 1) as f64);
+        same.iter().for_each(|index| ranks[*index] = below as f64 + 0.5 * (same.len() - 1) as f64);
         below += same.len();
     }
     ranks

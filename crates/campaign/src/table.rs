@@ -59,8 +59,8 @@ pub fn bytes(plan: &Plan<'_>, rows: &[Row]) -> Result<Vec<u8>, Error> {
     let first = [("flight", Values::Whole(whole)), ("outcome", Values::Words(words))];
     let first = first.map(|(name, values)| Column { name: name.into(), unit: String::new(), values });
     let names = plan.drawn().into_iter().chain(plan.figures());
-    let numbers = names.enumerate().map(|(place, (name, unit))| {
-        let number = |row: &Row| row.drawn.iter().chain(&row.figures).nth(place).copied().unwrap_or(f64::NAN);
+    let numbers = names.enumerate().map(|(index, (name, unit))| {
+        let number = |row: &Row| row.drawn.iter().chain(&row.figures).nth(index).copied().unwrap_or(f64::NAN);
         Column { name, unit: unit.into(), values: Values::Numbers(rows.iter().map(number).collect()) }
     });
     file(plan, &first.into_iter().chain(numbers).collect::<Vec<_>>())

@@ -47,7 +47,7 @@ pub(crate) fn rate(
     signal: &Port,
     value: impl Fn(&str) -> String,
 ) -> Option<String> {
-    match design.source(design.place(&signal.name)?)? {
+    match design.source(design.index(&signal.name)?)? {
         Source::Rate(name) => Some(value(name)),
         Source::Path(pitch) => {
             let speed = &design.signals[design.scheduled()?].name;

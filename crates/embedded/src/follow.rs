@@ -62,7 +62,7 @@ pub(crate) fn gains(tables: &Tables) -> String {
 fn begin(design: &ControllerDesign, tables: &Tables) -> String {
     let line = |signal: &Port| {
         let name = reference(signal);
-        let measured = design.place(&signal.name).is_some_and(|place| design.measures(place));
+        let measured = design.index(&signal.name).is_some_and(|place| design.measures(place));
         let from = if measured { format!("in->{}", signal.name) } else { format!("in->{name}") };
         let from = near(signal, from, &format!("next.last_{name}"));
         let rate = rate_within(design, signal);

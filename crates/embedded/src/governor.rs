@@ -43,7 +43,7 @@ fn steers<'a>(
 
 /// Whether a reference yields, as an expression; `None` of one that never does.
 pub(crate) fn yields(design: &ControllerDesign, signal: &Port) -> Option<String> {
-    let place = design.place(&signal.name)?;
+    let place = design.index(&signal.name)?;
     let all: Vec<String> =
         steers(design, place, signal).map(|index| format!("held(state, {index})")).collect();
     (!all.is_empty()).then(|| all.join(" || "))

@@ -58,7 +58,7 @@ pub(crate) fn header(
         ("inputs", inputs.iter().map(Input::member).collect()),
         ("applied", design.actuators.iter().map(applied).collect()),
         ("outputs", design.actuators.iter().map(output).collect()),
-        ("trims", design.trimmed().map(|place| trim(&design.signals[place])).collect::<Vec<_>>().join("\n")),
+        ("trims", design.trimmed().map(|index| trim(&design.signals[index])).collect::<Vec<_>>().join("\n")),
         ("used", references(design).map(|(_, one)| used(one)).collect::<Vec<_>>().join("\n")),
         ("state", state(design, tables)),
         ("saturated_bits", governor::bits(design)),

@@ -31,16 +31,16 @@ pub(crate) fn inputs(design: &ControllerDesign) -> Vec<Input> {
         format!("{}{range}: {what}", signal.unit)
     };
     let each = design.signals.iter().enumerate();
-    let measured = each.filter(|(place, _)| design.measures(*place)).map(|(place, signal)| Input {
+    let measured = each.filter(|(index, _)| design.measures(*index)).map(|(index, signal)| Input {
         name: signal.name.clone(),
-        signal: place,
+        signal: index,
         measured: true,
         comment: comment(signal, true, &signal.measured),
     });
-    let wanted = design.references().enumerate().filter(|(place, _)| design.follows(*place));
-    let wanted = wanted.map(|(place, (signal, reference))| Input {
+    let wanted = design.references().enumerate().filter(|(index, _)| design.follows(*index));
+    let wanted = wanted.map(|(index, (signal, reference))| Input {
         name: reference.name.clone(),
-        signal: place,
+        signal: index,
         measured: false,
         comment: comment(signal, false, &reference.wanted),
     });
@@ -49,8 +49,8 @@ pub(crate) fn inputs(design: &ControllerDesign) -> Vec<Input> {
 
 /// The signals whose references the design follows, with their indices.
 pub(crate) fn references(design: &ControllerDesign) -> impl Iterator<Item = (usize, &Port)> {
-    let followed = design.references().enumerate().filter(|(place, _)| design.follows(*place));
-    followed.map(|(place, (signal, _))| (place, signal))
+    let followed = design.references().enumerate().filter(|(index, _)| design.follows(*index));
+    followed.map(|(index, (signal, _))| (index, signal))
 }
 
 /// The name of the reference of a signal.

@@ -18,8 +18,8 @@ pub(crate) fn wanted_speed(design: &ControllerDesign) -> String {
 }
 
 /// Whether a signal is the one that is scheduled on, whose reference gives V_r.
-pub(crate) fn is_speed(design: &ControllerDesign, (place, _): (usize, &Port)) -> bool {
-    Some(place) == design.scheduled()
+pub(crate) fn is_speed(design: &ControllerDesign, (index, _): (usize, &Port)) -> bool {
+    Some(index) == design.scheduled()
 }
 
 /// The references as they were used, where the state keeps them.
@@ -37,7 +37,7 @@ pub(crate) fn is_kept(design: &ControllerDesign, signal: &Port) -> bool {
     signal.circular
         || has_rate(design, signal)
         || governor::yields(design, signal).is_some()
-        || design.place(&signal.name).is_some_and(|place| needs_last(design, place))
+        || design.index(&signal.name).is_some_and(|place| needs_last(design, place))
 }
 
 /// The limits of the references that are followed, by their names in the source.
@@ -74,7 +74,7 @@ pub(crate) fn limited(design: &ControllerDesign, signal: &Port) -> String {
     let name = reference(signal);
     let none = ReferenceLimits::default();
     let limits = design.envelope.get(&signal.name).unwrap_or(&none);
-    let measured = design.place(&signal.name).is_some_and(|place| design.measures(place));
+    let measured = design.index(&signal.name).is_some_and(|place| design.measures(place));
     let begins = signal.level == Level::Start && measured && limits.rate.is_some();
     let asked =
         if begins { format!("(is_reset ? in->{} : in->{name})", signal.name) } else { format!("in->{name}") };

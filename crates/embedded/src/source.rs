@@ -103,8 +103,8 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         ),
         (
             "put_out_trims",
-            lines(design.trimmed().map(|place| {
-                let name = &design.signals[place].name;
+            lines(design.trimmed().map(|index| {
+                let name = &design.signals[index].name;
                 format!("    out->trim_{name} = t->trim_{name};")
             })),
         ),

@@ -29,7 +29,7 @@ pub fn together(name: &str, axes: &[Axis<'_>]) -> Source {
     let is_safe = axes.iter().all(|(_, design, _)| design.failsafe.is_some());
     let safe = "/* What the actuators get where a sensor is lost that nothing replaces. */\n\
                 void @prefix@_safe(@prefix@_commands *out);";
-    let parts: Vec<String> = axes.iter().enumerate().map(|(place, axis)| of_axis(place, axis)).collect();
+    let parts: Vec<String> = axes.iter().enumerate().map(|(index, axis)| of_axis(index, axis)).collect();
     let fields = [
         ("title", plain(&format!("The autopilot of {vehicle}: {}.", names.join(", ")))),
         ("about", about(&names, axes)),
@@ -85,8 +85,8 @@ fn about(names: &[&str], axes: &[Axis<'_>]) -> String {
 /// The members of all axes in a struct, each once.
 fn union(axes: &[Axis<'_>], of: &str) -> String {
     let mut all: Vec<Member> = Vec::new();
-    for (place, axis) in axes.iter().enumerate() {
-        for member in members(place, axis, of) {
+    for (index, axis) in axes.iter().enumerate() {
+        for member in members(index, axis, of) {
             if all.iter().all(|other| other.whole != member.whole) {
                 all.push(member);
             }
@@ -100,7 +100,7 @@ fn union(axes: &[Axis<'_>], of: &str) -> String {
 }
 
 /// The members of a struct in the header of an axis.
-fn members(place: usize, (called, design, source): &Axis<'_>, of: &str) -> Vec<Member> {
+fn members(index: usize, (called, design, source): &Axis<'_>, of: &str) -> Vec<Member> {
     let (before, _) = source.header.split_once(&format!("}} {}_{of};", source.name)).unwrap_or_default();
     let (_, inside) = before.rsplit_once("typedef struct {\n").unwrap_or_default();
     let (mut all, mut kept) = (Vec::new(), String::new());
@@ -116,7 +116,7 @@ fn members(place: usize, (called, design, source): &Axis<'_>, of: &str) -> Vec<M
         };
         let is_shared = of != "outputs" || design.actuators.iter().any(|one| one.name == own);
         let whole = match own {
-            _ if place == 0 || is_shared => own.to_owned(),
+            _ if index == 0 || is_shared => own.to_owned(),
             own if own.starts_with(&format!("{called}_")) => own.to_owned(),
             own => format!("{called}_{own}"),
         };
@@ -126,9 +126,9 @@ fn members(place: usize, (called, design, source): &Axis<'_>, of: &str) -> Vec<M
 }
 
 /// The functions of an axis.
-fn of_axis(place: usize, axis: &Axis<'_>) -> String {
+fn of_axis(index: usize, axis: &Axis<'_>) -> String {
     let (called, _, source) = axis;
-    let each = |of: &str, line: &dyn Fn(&Member) -> String| lines(members(place, axis, of).iter().map(line));
+    let each = |of: &str, line: &dyn Fn(&Member) -> String| lines(members(index, axis, of).iter().map(line));
     let take = |one: &Member| format!("    to.{} = from->{};", one.own, one.whole);
     let put = |one: &Member| format!("    to->{} = from->{};", one.whole, one.own);
     let fields = [
@@ -144,9 +144,9 @@ fn of_axis(place: usize, axis: &Axis<'_>) -> String {
 
 /// The function that says what the safe commands of all axes are.
 fn safe_of_each(axes: &[Axis<'_>]) -> String {
-    let each = lines(axes.iter().enumerate().map(|(place, axis)| {
+    let each = lines(axes.iter().enumerate().map(|(index, axis)| {
         let (called, _, source) = axis;
-        let own = members(place, axis, "commands");
+        let own = members(index, axis, "commands");
         let put = lines(own.iter().map(|one| format!("    out->{} = {called}.{};", one.whole, one.own)));
         format!("    {0}_commands {called};\n    {0}_safe(&{called});\n{put}", source.name)
     }));

@@ -43,18 +43,18 @@ pub struct Row {
 
 impl Row {
     /// The measured value of the signal at a place among those of the axis.
-    pub fn measured(&self, place: usize) -> f64 {
-        self.signals.measured[place]
+    pub fn measured(&self, index: usize) -> f64 {
+        self.signals.measured[index]
     }
 
     /// The reference of a signal that can be tracked.
-    pub fn reference(&self, place: usize) -> f64 {
-        self.signals.references[place]
+    pub fn reference(&self, index: usize) -> f64 {
+        self.signals.references[index]
     }
 
     /// Reference minus measured value.
-    pub fn error(&self, place: usize) -> f64 {
-        self.reference(place) - self.measured(place)
+    pub fn error(&self, index: usize) -> f64 {
+        self.reference(index) - self.measured(index)
     }
 }
 
@@ -367,8 +367,8 @@ impl Start {
                 plant.hold_level(level.at(speed)?);
             }
             let mut wanted = above_trim;
-            for (place, value) in wanted.iter_mut().enumerate().take(view.interface.signals.len()) {
-                *value += trims.signal(forward_speed, place, origin);
+            for (index, value) in wanted.iter_mut().enumerate().take(view.interface.signals.len()) {
+                *value += trims.signal(forward_speed, index, origin);
             }
             Ok((current, wanted))
         };

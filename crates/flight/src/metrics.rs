@@ -47,12 +47,12 @@ impl StepFigures {
 
     /// The metrics of a record with one step at `step_time` (s) of `height`, in the unit of the signal at a place in
     /// [`squid_auv::longitudinal::SIGNALS`].
-    pub fn of(rows: &[Row], place: usize, (step_time, height): (f64, f64), limits: &[(f64, f64)]) -> Self {
+    pub fn of(rows: &[Row], index: usize, (step_time, height): (f64, f64), limits: &[(f64, f64)]) -> Self {
         let after: Vec<&Row> = rows.iter().filter(|r| r.time >= step_time).collect();
         if after.is_empty() {
             return Self::NONE;
         }
-        let done = |r: &Row| 1.0 - r.error(place) / height;
+        let done = |r: &Row| 1.0 - r.error(index) / height;
         let first = |level: f64| after.iter().find(|r| done(r) >= level).map_or(f64::INFINITY, |r| r.time);
         let last_outside = after.iter().rposition(|r| (done(r) - 1.0).abs() > SETTLED);
         let tail = &after[after.len() - (after.len() / 10).max(1)..];
@@ -69,8 +69,8 @@ impl StepFigures {
     }
 
     /// The metrics of a flight with one step; for a flight that ended at the surface, those that are known.
-    pub fn of_flight(flight: &Flight, place: usize, step: (f64, f64), limits: &[(f64, f64)]) -> Self {
-        let figures = Self::of(&flight.rows, place, step, limits);
+    pub fn of_flight(flight: &Flight, index: usize, step: (f64, f64), limits: &[(f64, f64)]) -> Self {
+        let figures = Self::of(&flight.rows, index, step, limits);
         if flight.surfacing.is_some() { figures.cut_short() } else { figures }
     }
 
@@ -111,19 +111,19 @@ impl FlightFigures {
     /// The metrics of a record for the output at a place in [`squid_auv::longitudinal::SIGNALS`]. `limits` are the minimum
     /// and maximum of each command.
     #[must_use]
-    pub fn of(rows: &[Row], place: usize, limits: &[(f64, f64)]) -> Self {
-        let jump = |i: usize| rows[i].reference(place) - rows[i - 1].reference(place);
-        let least = if place == DEPTH { DEPTH_JUMP } else { JUMP };
+    pub fn of(rows: &[Row], index: usize, limits: &[(f64, f64)]) -> Self {
+        let jump = |i: usize| rows[i].reference(index) - rows[i - 1].reference(index);
+        let least = if index == DEPTH { DEPTH_JUMP } else { JUMP };
         let begins: Vec<usize> = (1..rows.len()).filter(|i| jump(*i).abs() > least).collect();
         let ends = begins.iter().skip(1).copied().chain([rows.len()]);
         let step = |(begin, end): (&usize, usize)| {
             let (time, height) = (rows[*begin].time, jump(*begin));
-            let figures = StepFigures::of(&rows[*begin..end], place, (time, height), limits);
+            let figures = StepFigures::of(&rows[*begin..end], index, (time, height), limits);
             Step { time, height, figures }
         };
         let steps: Vec<Step> = begins.iter().zip(ends).map(step).collect();
         Self {
-            error: error(rows, place, &steps),
+            error: error(rows, index, &steps),
             steps,
             speed_deviation: speed_deviation(rows),
             actuator_use: actuator_use(rows, limits),
@@ -131,17 +131,17 @@ impl FlightFigures {
     }
 }
 
-fn error(rows: &[Row], place: usize, steps: &[Step]) -> Option<f64> {
+fn error(rows: &[Row], index: usize, steps: &[Step]) -> Option<f64> {
     let first = steps.first().map_or(f64::NEG_INFINITY, |step| step.time);
     let is_tracking =
         |time: f64| time > first && steps.iter().all(|s| time < s.time || time > s.time + GRACE);
-    let errors = rows.iter().filter(|r| is_tracking(r.time)).map(|r| r.error(place).abs());
+    let errors = rows.iter().filter(|r| is_tracking(r.time)).map(|r| r.error(index).abs());
     errors.reduce(f64::max)
 }
 
 /// The RMS error of the signal at a place in [`squid_auv::longitudinal::SIGNALS`], in its unit.
-pub fn rms(rows: &[Row], place: usize) -> f64 {
-    (rows.iter().map(|row| row.error(place).powi(2)).sum::<f64>() / rows.len() as f64).sqrt()
+pub fn rms(rows: &[Row], index: usize) -> f64 {
+    (rows.iter().map(|row| row.error(index).powi(2)).sum::<f64>() / rows.len() as f64).sqrt()
 }
 
 fn speed_deviation(rows: &[Row]) -> f64 {

@@ -47,10 +47,10 @@ impl Record {
             columns.push((heading, flight.rows.iter().map(of).collect()));
         };
         add("time", "s", &|r| r.time);
-        for (place, (signal, reference)) in design.references().enumerate() {
-            add(&signal.name, &signal.unit, &|r| r.measured(place));
-            if design.has_reference(place) {
-                add(&format!("{}_used", reference.name), &signal.unit, &|r| r.used[place]);
+        for (index, (signal, reference)) in design.references().enumerate() {
+            add(&signal.name, &signal.unit, &|r| r.measured(index));
+            if design.has_reference(index) {
+                add(&format!("{}_used", reference.name), &signal.unit, &|r| r.used[index]);
             }
         }
         add("scheduling_parameter", "", &|r| r.rho);
@@ -65,8 +65,8 @@ impl Record {
             add("wave_elevation [m]".into(), &|row| row.elevation);
             add("current_horizontal [m/s]".into(), &|row| row.water.horizontal);
             add("current_vertical [m/s]".into(), &|row| row.water.vertical);
-            for (place, signal) in design.signals.iter().enumerate() {
-                add(format!("{}_read [{}]", signal.name, signal.unit), &|row| row.read[place]);
+            for (index, signal) in design.signals.iter().enumerate() {
+                add(format!("{}_read [{}]", signal.name, signal.unit), &|row| row.read[index]);
             }
         }
         Self::new(columns)
@@ -96,19 +96,19 @@ impl Record {
         columns.extend(of_state.map(|(name, of)| (name.into(), flight.states.iter().map(of).collect())));
         let flown = || axes.iter().zip(&flight.axes).enumerate();
         // Reference and sensor of the speed are those of all axes.
-        let is_own = |axis: usize, place: usize| axis == 0 || place != SPEED;
+        let is_own = |axis: usize, index: usize| axis == 0 || index != SPEED;
         for (axis, ((_, design), flown)) in flown() {
-            for (place, (signal, reference)) in design.references().enumerate() {
-                if design.has_reference(place) && is_own(axis, place) {
-                    let used = flown.rows.iter().map(|row| row.used[place]).collect();
+            for (index, (signal, reference)) in design.references().enumerate() {
+                if design.has_reference(index) && is_own(axis, index) {
+                    let used = flown.rows.iter().map(|row| row.used[index]).collect();
                     columns.push((format!("{}_used [{}]", reference.name, signal.unit), used));
                 }
             }
         }
         for (actuator, held) in actuators.iter().zip(&flight.held) {
             let own = flown().find_map(|(_, ((own, _), flown))| {
-                let place = own.iter().position(|one| one.name == actuator.name)?;
-                Some(flown.rows.iter().map(|row| actuator.taken(row.commands[place]).0).collect())
+                let index = own.iter().position(|one| one.name == actuator.name)?;
+                Some(flown.rows.iter().map(|row| actuator.taken(row.commands[index]).0).collect())
             });
             let idle = || vec![actuator.taken(*held).0; flight.states.len()];
             let heading = format!("{} [{}]", actuator.name, actuator.taken_unit());
@@ -123,13 +123,13 @@ impl Record {
             ];
             columns.extend(of_sea.map(|(name, of)| (name.into(), first.sea.iter().map(of).collect())));
             for (axis, ((_, design), flown)) in flown() {
-                for (place, signal) in
-                    design.signals.iter().enumerate().filter(|(place, _)| is_own(axis, *place))
+                for (index, signal) in
+                    design.signals.iter().enumerate().filter(|(index, _)| is_own(axis, *index))
                 {
                     let heading = format!("{}_read [{}]", signal.name, signal.unit);
                     // A signal that several axes have has one sensor.
                     if columns.iter().all(|(other, _)| *other != heading) {
-                        columns.push((heading, flown.sea.iter().map(|row| row.read[place]).collect()));
+                        columns.push((heading, flown.sea.iter().map(|row| row.read[index]).collect()));
                     }
                 }
             }

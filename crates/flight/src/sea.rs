@@ -45,7 +45,7 @@ pub(crate) struct Conditions {
     gauss_markov: Option<GaussMarkov>,
     sensors: Vec<Sensor>,
     /// The sensor of each signal of each view, as [`places`] returns them.
-    places: Vec<(usize, usize, usize)>,
+    indices: Vec<(usize, usize, usize)>,
     bottom: Bottom,
 }
 
@@ -134,7 +134,7 @@ impl Sea {
             water: Arc::new(water),
             gauss_markov: gauss_markov.transpose()?,
             sensors: (0..).zip(&self.sensors).map(sensor).collect::<Result<_, _>>()?,
-            places: places(),
+            indices: indices(),
             bottom: self.bottom,
         })
     }
@@ -176,9 +176,9 @@ impl Conditions {
         let mut read = *measured;
         for (index, sensor) in self.sensors.iter_mut().enumerate() {
             let mut value = None;
-            let own = self.places.iter().filter(|(of, ..)| *of == index);
-            for (_, view, place) in own {
-                let one = &mut read[*view][*place];
+            let own = self.indices.iter().filter(|(of, ..)| *of == index);
+            for (_, view, signal) in own {
+                let one = &mut read[*view][*signal];
                 *one = *value.get_or_insert_with(|| sensor.read(*one));
             }
         }
@@ -195,16 +195,16 @@ impl Conditions {
 pub fn sensed() -> impl Iterator<Item = &'static Signal> {
     VIEWS.iter().enumerate().flat_map(|(index, view)| {
         let before = &VIEWS[..index];
-        let is_new = |one: &&Signal| before.iter().all(|other| other.interface.place(one.name).is_none());
+        let is_new = |one: &&Signal| before.iter().all(|other| other.interface.index(one.name).is_none());
         view.interface.signals.iter().filter(is_new)
     })
 }
 
 /// The sensor of each signal of each view: the index of the sensor, of the view, and of the signal in it.
-fn places() -> Vec<(usize, usize, usize)> {
+fn indices() -> Vec<(usize, usize, usize)> {
     let of = |(sensor, signal): (usize, &'static Signal)| {
         let place =
-            move |(index, view): (usize, &&View)| Some((sensor, index, view.interface.place(signal.name)?));
+            move |(index, view): (usize, &&View)| Some((sensor, index, view.interface.index(signal.name)?));
         VIEWS.iter().enumerate().filter_map(place).collect::<Vec<_>>()
     };
     sensed().enumerate().flat_map(of).collect()

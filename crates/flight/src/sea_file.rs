@@ -168,12 +168,12 @@ fn sensors(tables: &[Table<'_>]) -> Option<Vec<SensorErrors>> {
     for table in tables {
         table.allow_only(&["signal", "unit", "noise", "bias", "quantum", "rate", "delay"]);
         match sensor(table) {
-            Some((place, _)) if taken.contains(&place) => {
+            Some((index, _)) if taken.contains(&index) => {
                 table.not_allowed("signal", "there already", "another one: each signal has one sensor");
             }
-            Some((place, errors)) => {
-                taken.push(place);
-                all[place] = errors;
+            Some((index, errors)) => {
+                taken.push(index);
+                all[index] = errors;
             }
             None => sound = false,
         }

@@ -62,9 +62,9 @@ impl Axis {
         let forward = trims.forward_speed(manoeuvre.speed_reference(time));
         let origin = view.origin(start);
         let mut all = EachTracked::default();
-        for (place, (value, signal)) in all.iter_mut().zip(view.interface.signals).enumerate() {
-            let above = if place == SPEED { 0.0 } else { manoeuvre.above_trim(time, signal.name) };
-            *value = trims.signal(forward, place, origin) + above;
+        for (index, (value, signal)) in all.iter_mut().zip(view.interface.signals).enumerate() {
+            let above = if index == SPEED { 0.0 } else { manoeuvre.above_trim(time, signal.name) };
+            *value = trims.signal(forward, index, origin) + above;
         }
         all
     }
@@ -151,12 +151,12 @@ pub fn fly_whole(
             let signals = Signals { measured: measured[axis.view], references };
             axis.tick(&read[axis.view], signals, (time, state.depth))?;
             let Some(Row { commands, .. }) = axis.flight.rows.last_mut() else { continue };
-            for (place, command) in axis.actuators.iter().zip(commands) {
-                let (actuator, gain) = (&vehicle.actuators[*place], gains.get(*place).copied());
+            for (index, command) in axis.actuators.iter().zip(commands) {
+                let (actuator, gain) = (&vehicle.actuators[*index], gains.get(*index).copied());
                 if let Some(gain) = gain {
                     *command = (*command * gain).clamp(actuator.min, actuator.max);
                 }
-                plant.set_command(*place, *command)?;
+                plant.set_command(*index, *command)?;
             }
         }
         states.push(state);

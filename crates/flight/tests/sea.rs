@@ -192,7 +192,7 @@ fn long_waves_carry_the_vehicle() {
     let water = (flight.sea.iter().map(|row| row.water.vertical.powi(2)).sum::<f64>()
         / flight.sea.len() as f64)
         .sqrt();
-    let heave = squid_auv::longitudinal::place("heave").unwrap();
+    let heave = squid_auv::longitudinal::index("heave").unwrap();
     let mean = flight.rows.iter().map(|row| row.measured(heave)).sum::<f64>() / flight.rows.len() as f64;
     let through = rms(&flight.rows, |row| row.measured(heave) - mean);
     assert!(water > 0.04 && through < 0.1 * water, "{through} of {water}");

@@ -11,7 +11,7 @@ use std::io;
 /// What goes through the plug, in the order of the designs: measurements one way, commands the other.
 fn members<'a>(of: &ModelDescription, designs: &[&'a ControllerDesign]) -> Vec<&'a str> {
     let measured = designs.iter().flat_map(|design| {
-        let places = design.signals.iter().enumerate().filter(|(place, _)| design.measures(*place));
+        let places = design.signals.iter().enumerate().filter(|(index, _)| design.measures(*index));
         places.map(|(_, signal)| signal.name.as_str())
     });
     let commands = designs.iter().flat_map(|design| design.actuators.iter().map(|one| one.name.as_str()));

@@ -62,7 +62,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
 
     let common = flown.rows.len().min(still.rows.len());
     let step = Step::of(inputs, &stored.manoeuvre);
-    let figures = |rows: &[Row]| Figures::of(&rows[..common], step.place, &inputs.limits());
+    let figures = |rows: &[Row]| Figures::of(&rows[..common], step.index, &inputs.limits());
     let (at_sea, calm) = (figures(&flown.rows), figures(&still.rows));
     let duration = flown.rows[common - 1].time;
     let of = |place: &str, flight: &Flight| {
@@ -100,11 +100,11 @@ fn waves_met(sea: &Sea, speeds: [f64; 2]) -> String {
 }
 
 impl Figures {
-    fn of(rows: &[Row], place: usize, limits: &[(f64, f64)]) -> Self {
+    fn of(rows: &[Row], index: usize, limits: &[(f64, f64)]) -> Self {
         Self {
-            error: rms(rows, place),
+            error: rms(rows, index),
             speed_error: rms(rows, SPEED),
-            actuator_use: FlightFigures::of(rows, place, limits).actuator_use,
+            actuator_use: FlightFigures::of(rows, index, limits).actuator_use,
         }
     }
 }

@@ -128,8 +128,8 @@ fn varied(spreads: &[Spread]) -> impl Iterator<Item = &Spread> {
 
 /// The finite values of a figure, each with its row.
 fn known<'r>(plan: &Plan<'_>, rows: &'r [Row], figure: &str) -> Vec<(f64, &'r Row)> {
-    let place = plan.figures().iter().position(|(name, _)| name == figure);
-    let value = |row: &'r Row| place.map(|place| (row.figures[place], row));
+    let index = plan.figures().iter().position(|(name, _)| name == figure);
+    let value = |row: &'r Row| index.map(|index| (row.figures[index], row));
     rows.iter().filter_map(value).filter(|(value, _)| value.is_finite()).collect()
 }
 
@@ -151,8 +151,8 @@ fn spread(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
         values.sort_by(f64::total_cmp);
         let last = values.len().saturating_sub(1);
         let at = |k: usize| {
-            let place = last * k / STEPS;
-            (values[place], 100.0 * (place + 1) as f64 / rows.len() as f64)
+            let index = last * k / STEPS;
+            (values[index], 100.0 * (index + 1) as f64 / rows.len() as f64)
         };
         let points = if values.is_empty() { Vec::new() } else { (0..=STEPS).map(at).collect() };
         charts.push(Chart {
@@ -180,9 +180,9 @@ fn pushed(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
         let said: Vec<String> = strong.iter().map(|(by, r)| format!("{by} {r:+.2}")).collect();
         table.rows.push(vec![name.clone(), if said.is_empty() { "nothing".into() } else { said.join(", ") }]);
         let by = strong.first().and_then(|(by, _)| names.iter().position(|(name, _)| name == by));
-        if let Some(place) = by {
-            let of = &names[place];
-            let point = |(value, row): &(f64, &Row)| (row.drawn[place], factor * value);
+        if let Some(index) = by {
+            let of = &names[index];
+            let point = |(value, row): &(f64, &Row)| (row.drawn[index], factor * value);
             let points = known(plan, rows, figure).iter().take(DRAWN).map(point).collect();
             charts.push(Chart {
                 title: name,

@@ -68,7 +68,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
         let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &step)?;
         ended += &early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing);
         let timed = (step.step_time, stepped.height);
-        let figures = StepFigures::of_flight(&flown, stepped.place, timed, &inputs.limits());
+        let figures = StepFigures::of_flight(&flown, stepped.index, timed, &inputs.limits());
         out += &figures_line(speed, &figures);
         steps.push((speed, figures));
         responses.push((speed, flown.rows));
@@ -104,7 +104,7 @@ pub(crate) fn early_end(flight: &str, surfacing: Option<Surfacing>) -> String {
 pub(crate) fn out_of_range(flight: &str, rows: &[Row], inputs: &Inputs) -> String {
     let (low, high) = (inputs.design.speed_min, inputs.design.speed_max);
     let along = |row: &Row| {
-        let heave = inputs.design.interface.place("heave");
+        let heave = inputs.design.interface.index("heave");
         let (forward, heave) = (row.measured(SPEED), heave.map_or(0.0, |w| row.measured(w)));
         forward.hypot(heave).copysign(forward)
     };
@@ -176,7 +176,7 @@ fn step_panels(inputs: &Inputs, step: &Step, responses: &[(f64, Vec<Row>)], unti
     let mut panels = vec![
         Panel::over_time(
             step.from_trim(),
-            each(&|r, first| step.factor * (r.measured(step.place) - first.reference(step.place))),
+            each(&|r, first| step.factor * (r.measured(step.index) - first.reference(step.index))),
         ),
         Panel::over_time("speed error (m/s)", each(&|r, _| -r.error(SPEED))),
     ];

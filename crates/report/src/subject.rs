@@ -97,7 +97,7 @@ pub struct Subject<'a> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// The index of the output among the signals of the axis.
-    pub place: usize,
+    pub index: usize,
     /// Name of the output.
     pub name: &'static str,
     /// Height, rad or m.
@@ -111,10 +111,10 @@ pub struct Step {
 impl Step {
     /// The step of a manoeuvre of a design.
     pub fn of(inputs: &Inputs, manoeuvre: &Manoeuvre) -> Self {
-        let place = inputs.design.stepped();
-        let signal = &inputs.design.interface.signals[place];
+        let index = inputs.design.stepped();
+        let signal = &inputs.design.interface.signals[index];
         let (factor, unit) = readable(signal.unit);
-        Self { place, name: signal.name, height: manoeuvre.step(signal.name), factor, unit }
+        Self { index, name: signal.name, height: manoeuvre.step(signal.name), factor, unit }
     }
 
     /// The height with its unit, in words.
@@ -253,7 +253,7 @@ impl<'a> Subject<'a> {
     /// [`Error::NothingSteps`].
     pub fn output(&self) -> Result<usize, Error> {
         let (tracked, stepped) = (&self.inputs.design.tracked, self.inputs.design.stepped());
-        tracked.iter().position(|t| t.place == stepped).ok_or(Error::NothingSteps)
+        tracked.iter().position(|t| t.index == stepped).ok_or(Error::NothingSteps)
     }
 
     /// The index of pitch among the tracked outputs.
@@ -262,7 +262,7 @@ impl<'a> Subject<'a> {
     /// [`Error::PitchNotTracked`].
     pub fn pitch(&self) -> Result<usize, Error> {
         let tracked = &self.inputs.design.tracked;
-        tracked.iter().position(|t| t.place == PITCH).ok_or(Error::PitchNotTracked)
+        tracked.iter().position(|t| t.index == PITCH).ok_or(Error::PitchNotTracked)
     }
 
     /// The step of the default flight.
@@ -311,8 +311,8 @@ impl<'a> Subject<'a> {
 
     /// The figures of a flight of [`Subject::fly_step`].
     pub fn figures(&self, flight: &Flight) -> StepFigures {
-        let Step { place, height, .. } = self.step();
-        StepFigures::of_flight(flight, place, (STEP_TIME, height), &self.inputs.limits())
+        let Step { index, height, .. } = self.step();
+        StepFigures::of_flight(flight, index, (STEP_TIME, height), &self.inputs.limits())
     }
 
     /// The sampling of the loop.

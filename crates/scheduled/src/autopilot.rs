@@ -140,7 +140,7 @@ impl Autopilot {
     pub fn level(&self, speed: f64) -> Inputs {
         let Plan { trim, signals, .. } = &*self.plan;
         let at = trim.at(trim.forward_speed(speed));
-        let of = |(place, signal): (usize, &Port)| at.signal(place, signal.start);
+        let of = |(index, signal): (usize, &Port)| at.signal(index, signal.start);
         let measured: Vec<f64> = signals.iter().enumerate().map(of).collect();
         let tracked = signals.iter().filter(|signal| signal.reference.is_some()).count();
         Inputs { references: measured[..tracked].to_vec(), measured }
@@ -278,12 +278,12 @@ impl Autopilot {
     /// [`TickError`]; [`TickError::OtherUnit`] and that of an input that is not finite change nothing.
     pub fn initialise(&mut self, start: f64, inputs: &Inputs) -> Result<(), TickError> {
         inputs.check(&self.plan.signals)?;
-        for (place, port) in self.plan.signals.iter().enumerate() {
-            if self.plan.measured[place] {
-                port.check_first(inputs.measured[place], None)?;
+        for (index, port) in self.plan.signals.iter().enumerate() {
+            if self.plan.measured[index] {
+                port.check_first(inputs.measured[index], None)?;
             }
-            if self.plan.followed.get(place) == Some(&true) {
-                port.check_first(inputs.references[place], port.reference.as_ref())?;
+            if self.plan.followed.get(index) == Some(&true) {
+                port.check_first(inputs.references[index], port.reference.as_ref())?;
             }
         }
         self.controller.reset();

@@ -237,7 +237,7 @@ impl ControllerInput {
 
 impl ControllerDesign {
     /// The index of a signal.
-    pub fn place(&self, name: &str) -> Option<usize> {
+    pub fn index(&self, name: &str) -> Option<usize> {
         self.signals.iter().position(|signal| signal.name == name)
     }
 
@@ -267,7 +267,7 @@ impl ControllerDesign {
     /// Whether flights have a reference of a signal: of each that the autopilot tracks, always of the one that is
     /// scheduled on, and of the first if it tracks none besides.
     pub fn has_reference(&self, signal: usize) -> bool {
-        let steered = |place: usize| Some(place) != self.scheduled() && self.follows(place);
+        let steered = |index: usize| Some(index) != self.scheduled() && self.follows(index);
         let none = || !(0..self.references().count()).any(steered);
         Some(signal) == self.scheduled() || self.follows(signal) || (signal == 0 && none())
     }
@@ -298,7 +298,7 @@ impl ControllerDesign {
     /// What the rate of a signal follows from, if that is measured.
     pub fn source(&self, signal: usize) -> Option<&Source> {
         let source = self.failsafe.as_ref()?.sensors.get(&self.signals[signal].name)?.from.as_ref()?;
-        let is_known = |name: &str| self.place(name).is_some_and(|from| self.measures(from));
+        let is_known = |name: &str| self.index(name).is_some_and(|from| self.measures(from));
         source.signal().is_none_or(is_known).then_some(source)
     }
 

@@ -241,9 +241,9 @@ impl Supervisor {
         self.inputs.measured.copy_from_slice(&inputs.measured);
         self.inputs.references.copy_from_slice(&inputs.references);
         self.expect(autopilot);
-        for place in 0..self.watched.len() {
-            let is_expected = self.has_source(autopilot, place);
-            let (one, reading) = (&self.watched[place], &mut self.state.readings[place]);
+        for index in 0..self.watched.len() {
+            let is_expected = self.has_source(autopilot, index);
+            let (one, reading) = (&self.watched[index], &mut self.state.readings[index]);
             let was_lost = reading.lost_for > 0;
             let value =
                 autopilot.plan.signals[one.signal].nearest(inputs.measured[one.signal], reading.believed);
@@ -272,16 +272,16 @@ impl Supervisor {
     /// Moves what is believed of the sensors that are lost, and by how much each should have moved.
     fn expect(&mut self, autopilot: &Autopilot) {
         let Plan { sources, speed_given, .. } = &*autopilot.plan;
-        for place in 0..self.watched.len() {
-            let Watched { signal, without, returning, .. } = self.watched[place];
-            let Reading { believed, moved, anchor, lost_for, .. } = self.state.readings[place];
+        for index in 0..self.watched.len() {
+            let Watched { signal, without, returning, .. } = self.watched[index];
+            let Reading { believed, moved, anchor, lost_for, .. } = self.state.readings[index];
             let rate = match sources.rate(&autopilot.plan.trim, signal, |other| self.believed(other)) {
                 None => sources.accelerated(signal, &self.state.commands, anchor, moved),
                 rate => rate,
             };
-            let rate = rate.filter(|_| self.has_source(autopilot, place));
+            let rate = rate.filter(|_| self.has_source(autopilot, index));
             let step = self.sample_time * rate.unwrap_or(0.0);
-            let reading = &mut self.state.readings[place];
+            let reading = &mut self.state.readings[index];
             reading.moved += step;
             match without {
                 _ if lost_for == 0 => {}
@@ -295,8 +295,8 @@ impl Supervisor {
     }
 
     /// Whether nothing that the rate of a sensor follows from is lost; a path goes on by what is believed.
-    fn has_source(&self, autopilot: &Autopilot, place: usize) -> bool {
-        let from = autopilot.plan.sources.rate_signal(self.watched[place].signal);
+    fn has_source(&self, autopilot: &Autopilot, index: usize) -> bool {
+        let from = autopilot.plan.sources.rate_signal(self.watched[index].signal);
         let is_lost = |from| {
             let mut all = self.watched.iter().zip(&self.state.readings);
             all.any(|(one, reading)| one.signal == from && reading.lost_for > 0)
@@ -306,8 +306,8 @@ impl Supervisor {
 
     /// The believed value of a signal that is measured: the last one, or what is reckoned without it.
     pub fn believed(&self, signal: usize) -> f64 {
-        let place = self.watched.iter().position(|one| one.signal == signal);
-        place.map_or(0.0, |place| self.state.readings[place].believed)
+        let index = self.watched.iter().position(|one| one.signal == signal);
+        index.map_or(0.0, |index| self.state.readings[index].believed)
     }
 
     /// As [`Autopilot::follow`], with the sensors that are believed.

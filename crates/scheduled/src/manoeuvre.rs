@@ -151,8 +151,8 @@ impl Manoeuvre {
         for (name, height) in self.steps.iter().filter(|(_, height)| **height != 0.0) {
             let key = format!("{name}_step");
             let signal = designs.iter().find_map(|design| {
-                let place = design.place(name).filter(|place| design.has_reference(*place))?;
-                Some(&design.signals[place])
+                let index = design.index(name).filter(|index| design.has_reference(*index))?;
+                Some(&design.signals[index])
             });
             let Some(signal) = signal else {
                 return check_number(&key, *height, false, "0: the autopilot has no reference of it");

@@ -24,8 +24,8 @@ impl Sources {
     pub(crate) fn new(design: &ControllerDesign, speed: usize) -> Self {
         let of = |signal: usize| {
             Some(match design.source(signal)? {
-                Source::Rate(name) => From::Rate(design.place(name)?),
-                Source::Path(name) => From::Path(design.place(name)?),
+                Source::Rate(name) => From::Rate(design.index(name)?),
+                Source::Path(name) => From::Path(design.index(name)?),
                 Source::Commands { gains, time } => From::Commands { gains: gains.clone(), time: *time },
             })
         };

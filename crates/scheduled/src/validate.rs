@@ -171,11 +171,11 @@ impl ControllerDesign {
     /// The turns of an angle that comes back to itself are those of its measured value nearest to its reference.
     fn validate_circular(&self) -> Result<(), DesignError> {
         let blind =
-            |place: &usize| self.signals[*place].circular && self.follows(*place) != self.measures(*place);
+            |index: &usize| self.signals[*index].circular && self.follows(*index) != self.measures(*index);
         match (0..self.signals.len()).find(blind) {
             None => Ok(()),
-            Some(place) => Err(DesignError::BadText {
-                key: format!("signals.{place}.circular"),
+            Some(index) => Err(DesignError::BadText {
+                key: format!("signals.{index}.circular"),
                 found: "true".to_owned(),
                 allowed: "left out of a signal that is not both followed and measured".to_owned(),
             }),

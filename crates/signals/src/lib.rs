@@ -161,7 +161,7 @@ pub struct Interface {
 
 impl Interface {
     /// The index of a signal.
-    pub fn place(&self, name: &str) -> Option<usize> {
+    pub fn index(&self, name: &str) -> Option<usize> {
         self.signals.iter().position(|signal| signal.name == name)
     }
 

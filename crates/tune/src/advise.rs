@@ -110,7 +110,7 @@ fn best(row: usize, all: &[Change]) -> Option<usize> {
     gains.max_by(|a, b| merit(a.1).total_cmp(&merit(b.1))).map(|(i, _)| i)
 }
 
-fn advice(inputs: &Inputs, base: &Verdict, place: usize, found: Option<&Change>) -> Advice {
+fn advice(inputs: &Inputs, base: &Verdict, index: usize, found: Option<&Change>) -> Advice {
     let Some((turned, verdict)) = found.and_then(|turned| Some((turned, turned.verdict.as_ref()?))) else {
         return Advice { turn: None, words: "no weight improves it".into() };
     };
@@ -118,8 +118,8 @@ fn advice(inputs: &Inputs, base: &Verdict, place: usize, found: Option<&Change>)
     let (verb, by) = if turned.factor > 1.0 { ("raise", "more") } else { ("lower", "less") };
     let after = |row: &Row| verdict.rows.iter().find(|other| other.what == row.what).map(Row::found);
     let moves = |row: &Row| format!("{} -> {}", row.found(), after(row).unwrap_or_default());
-    let mut words = format!("{verb} {key}: {:.0} % {by}, {}", 100.0 * (TURN - 1.0), moves(&base.rows[place]));
-    let others = (0..base.rows.len()).filter(|i| *i != place && turned.changes[*i] < -NO_GAIN);
+    let mut words = format!("{verb} {key}: {:.0} % {by}, {}", 100.0 * (TURN - 1.0), moves(&base.rows[index]));
+    let others = (0..base.rows.len()).filter(|i| *i != index && turned.changes[*i] < -NO_GAIN);
     if let Some(worst) = others.min_by(|a, b| turned.changes[*a].total_cmp(&turned.changes[*b])) {
         words += &format!("; it costs most in {}, {}", base.rows[worst].what, moves(&base.rows[worst]));
     }

@@ -74,8 +74,8 @@ pub(crate) fn finals(
         }
     }
     match (nearest, failed) {
-        (Some((_, place, chosen)), _) => {
-            judged[place].rejected = None;
+        (Some((_, index, chosen)), _) => {
+            judged[index].rejected = None;
             Ok((judged, chosen))
         }
         (None, Some(reason)) => Err(reason.into()),

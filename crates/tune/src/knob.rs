@@ -120,12 +120,12 @@ pub fn section_mut<'d>(
     section: &str,
     axis: Option<usize>,
 ) -> Option<&'d mut Item> {
-    let own = axis.filter(|place| {
-        let axis = document.get("axis").and_then(|axes| axes.as_array_of_tables()?.get(*place));
+    let own = axis.filter(|index| {
+        let axis = document.get("axis").and_then(|axes| axes.as_array_of_tables()?.get(*index));
         axis.is_some_and(|axis| axis.contains_key(section))
     });
     match own {
-        Some(place) => document.get_mut("axis")?.as_array_of_tables_mut()?.get_mut(place)?.get_mut(section),
+        Some(index) => document.get_mut("axis")?.as_array_of_tables_mut()?.get_mut(index)?.get_mut(section),
         None => document.get_mut(section),
     }
 }

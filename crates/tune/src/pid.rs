@@ -144,10 +144,10 @@ fn begin(inputs: &Inputs, text: &str) -> Result<(Pid, String), Error> {
 
 /// The text of a design file with a table at its end, or at the end of one of its axes.
 fn with_section(text: &str, table: &str, axis: Option<usize>) -> Option<String> {
-    let Some(place) = axis else { return Some(format!("{}\n{table}", text.trim_end())) };
+    let Some(index) = axis else { return Some(format!("{}\n{table}", text.trim_end())) };
     let mut document: DocumentMut = text.parse().ok()?;
     let added: DocumentMut = table.parse().ok()?;
-    let own = document.get_mut("axis")?.as_array_of_tables_mut()?.get_mut(place)?;
+    let own = document.get_mut("axis")?.as_array_of_tables_mut()?.get_mut(index)?;
     for (key, item) in added.iter() {
         let mut item = item.clone();
         unplace(&mut item);

@@ -169,13 +169,13 @@ impl Search<'_> {
     }
 
     /// One search of a round: over groups of keys and over single keys, each from the best so far.
-    fn round(&self, place: usize, start: &Candidate, first: f64, designs: usize) -> Vec<Attempt> {
+    fn round(&self, index: usize, start: &Candidate, first: f64, designs: usize) -> Vec<Attempt> {
         let each: Vec<Direction> = (0..self.knobs.len())
             .filter(|i| !matches!(self.knobs[*i], Knob::Follow(_)))
             .map(|i| Direction(vec![i]))
             .collect();
         let groups = Direction::grouped(&self.knobs);
-        let order = if place == 0 { [&groups, &each] } else { [&each, &groups] };
+        let order = if index == 0 { [&groups, &each] } else { [&each, &groups] };
         let (mut best, mut found) = (start.clone(), vec![]);
         for directions in order {
             let attempt = |x: &[f64]| self.attempt(x);

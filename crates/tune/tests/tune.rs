@@ -220,7 +220,7 @@ fn fly_beyond(name: &str, inputs: &Inputs, controller: &ControllerDesign) -> usi
     const TIMES: [f64; 2] = [1.0, 41.0];
     let design = &inputs.design;
     let limit = |key: &str| design.require.limit(key).unwrap() / 100.0;
-    let frequency = design.tracked.iter().find(|t| t.place == PITCH).unwrap().model.unwrap().frequency;
+    let frequency = design.tracked.iter().find(|t| t.index == PITCH).unwrap().model.unwrap().frequency;
     let settled = TIMES[1] + f64::max(8.0, 10.0 / frequency);
     let trims = Autopilot::new(controller).unwrap().trim().clone();
     let range = controller.envelope["pitch"].range.as_ref().unwrap();

@@ -14,7 +14,7 @@ fn outputs(flight: &mut Flight<PlantModel>) -> [f64; 7] {
 /// Sets several at once, as one call of `fmi2SetReal`; returns what is said if it is refused.
 fn set_all(flight: &mut Flight<PlantModel>, values: &[(&str, f64)]) -> Option<String> {
     let references: Vec<u32> = values.iter().map(|(name, _)| flight.reference(name)).collect();
-    let refused = flight.instance.set(&references, |place| values[place].1).err();
+    let refused = flight.instance.set(&references, |index| values[index].1).err();
     refused.map(|refused| refused.to_string())
 }
 

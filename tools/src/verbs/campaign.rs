@@ -69,16 +69,16 @@ fn check_starts(starts: &Starts, inputs: &Inputs) -> Result<(), Error> {
         return Err(Error::Argument { name: "--starts", found: starts.to_string(), allowed });
     }
     let range = design.speed_max - design.speed_min;
-    for (place, signal) in starts.off() {
-        let most = match place {
+    for (index, signal) in starts.off() {
+        let most = match index {
             PITCH => FRAC_PI_2,
             DEPTH => design.depth,
             _ if signal.name == "pitch_rate" => PI,
             _ => range,
         };
-        if starts.0[place] > most {
+        if starts.0[index] > most {
             let (factor, unit) = readable(signal.unit);
-            let found = format!("{}={}{unit}", signal.name, squid_auv::number(starts.0[place] * factor));
+            let found = format!("{}={}{unit}", signal.name, squid_auv::number(starts.0[index] * factor));
             let allowed = format!("at most {} {unit} in {}", squid_auv::number(most * factor), signal.name);
             return Err(Error::Argument { name: "--starts", found, allowed });
         }

@@ -39,9 +39,9 @@ pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
     }
     let finished =
         side_by_side(&axes, |inputs, directory, progress| designed(inputs, directory, asked, progress));
-    for (place, (later, finished)) in finished.into_iter().enumerate() {
-        let (inputs, directory) = &axes[place];
-        if axes.len() > 1 && place > 0 {
+    for (index, (later, finished)) in finished.into_iter().enumerate() {
+        let (inputs, directory) = &axes[index];
+        if axes.len() > 1 && index > 0 {
             say(&format!("\nAxis of {}", inputs.design.steered()));
         }
         later.show();
@@ -113,8 +113,8 @@ fn whole(stored: &[(&Inputs, Stored)]) -> Result<Whole, Error> {
     let rows = progress.timed("whole", "flying all axes in six degrees of freedom", fly).0?;
     let figures = plan.figures();
     let largest = |name: &str| {
-        let place = figures.iter().position(|(figure, _)| *figure == format!("{name}_overshoot"))?;
-        rows.iter().map(|row| row.figures[place]).filter(|figure| figure.is_finite()).reduce(f64::max)
+        let index = figures.iter().position(|(figure, _)| *figure == format!("{name}_overshoot"))?;
+        rows.iter().map(|row| row.figures[index]).filter(|figure| figure.is_finite()).reduce(f64::max)
     };
     let names: Vec<&str> = plan.axes.iter().map(|axis| axis.steered().name).collect();
     let found = Whole {

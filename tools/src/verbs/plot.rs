@@ -150,11 +150,11 @@ fn figures(
     let axes = VIEWS.map(|view| {
         let signals = view.interface.signals;
         let steered =
-            |(place, one): (usize, &Signal)| (one.level != Level::Scheduled && has(one)).then_some(place);
+            |(index, one): (usize, &Signal)| (one.level != Level::Scheduled && has(one)).then_some(index);
         (signals, signals.iter().enumerate().filter_map(steered).collect::<Vec<usize>>())
     });
     if axes.iter().all(|(_, places)| places.is_empty()) {
-        let wanted = [PITCH, DEPTH].map(|place| used(&level[place]).unwrap_or_default());
+        let wanted = [PITCH, DEPTH].map(|index| used(&level[index]).unwrap_or_default());
         return Err(format!("there is no column '{}' and none '{}'", wanted[0], wanted[1]));
     }
     let mut figures = json!({
@@ -165,8 +165,8 @@ fn figures(
     });
     for (signals, places) in &axes {
         let rows = if places.is_empty() { vec![] } else { rows(record, actuators, signals)? };
-        for place in places {
-            let (flight, name) = (FlightFigures::of(&rows, *place, &limits), signals[*place].name);
+        for index in places {
+            let (flight, name) = (FlightFigures::of(&rows, *index, &limits), signals[*index].name);
             figures[format!("{name}_steps")] = flight.steps.iter().map(step).collect();
             figures[format!("{name}_error")] = json!(flight.error);
             figures["speed_error"] = json!(flight.speed_deviation);

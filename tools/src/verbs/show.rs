@@ -41,11 +41,11 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
     }
     let Asked { axes, .. } = which.read()?;
     let mut shown = Vec::new();
-    for (place, (inputs, directory)) in axes.iter().enumerate() {
+    for (index, (inputs, directory)) in axes.iter().enumerate() {
         if axes.len() > 1 {
             say(&format!("\nAxis of {}", inputs.design.steered()));
         }
-        shown.push(of_axis((inputs, directory), which.out.is_some(), place == 0, asked)?);
+        shown.push(of_axis((inputs, directory), which.out.is_some(), index == 0, asked)?);
     }
     Ok(answer_each(&shown)?)
 }

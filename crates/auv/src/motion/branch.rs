@@ -129,11 +129,11 @@ impl Range<'_> {
         let slopes = [self.slope(from)?, self.slope(to)?];
         // Pitch is the last of the states, and the outputs follow.
         let pitch = slopes[0].len() - self.vehicle.actuators.len() - 1;
-        for (place, (name, unit)) in self.quantities().into_iter().enumerate() {
-            let values = [from, to].map(|t| if place == 0 { t.pitch } else { t.actuators[place - 1] });
-            let unit_size = if place == 0 { 1.0 } else { self.vehicle.actuators[place - 1].reach() };
+        for (index, (name, unit)) in self.quantities().into_iter().enumerate() {
+            let values = [from, to].map(|t| if index == 0 { t.pitch } else { t.actuators[index - 1] });
+            let unit_size = if index == 0 { 1.0 } else { self.vehicle.actuators[index - 1].reach() };
             let step = values[1] - values[0];
-            let predicted = 0.5 * (slopes[0][pitch + place] + slopes[1][pitch + place]) * rise;
+            let predicted = 0.5 * (slopes[0][pitch + index] + slopes[1][pitch + index]) * rise;
             let is_small = |v: f64| v.abs() <= SMALL * unit_size;
             if !is_small(step) && !is_small(step - predicted) {
                 let speed = from.speed;

@@ -139,13 +139,13 @@ impl<D: Scalar> Point<D> {
 
     /// The rates of all states times the mass matrix, with `unit` added to the state or input with index `column`.
     fn force(&self, column: usize, unit: D) -> [D; ALL] {
-        let added = |place: usize, value: D| if place == column { value + unit } else { value };
+        let added = |index: usize, value: D| if index == column { value + unit } else { value };
         let pairs = self.effects.iter().zip(&self.outputs).enumerate();
         let outputs = pairs.map(|(i, (effect, output))| (effect, added(ALL + i, *output)));
         let zero = D::from(0.0);
         let Motion { u, w, q, theta, .. } = self.motion;
         if self.lateral {
-            let [p, phi, v, heading_rate] = [0, 1, 2, 3].map(|place| added(place, zero));
+            let [p, phi, v, heading_rate] = [0, 1, 2, 3].map(|index| added(index, zero));
             let r = heading_rate * theta.cos();
             let motion = Motion { p, phi, v, r, ..self.motion };
             let actuators = outputs

@@ -68,8 +68,8 @@ impl Parameter {
     pub fn named(vehicle: &Vehicle, name: &str) -> Result<Self, UnknownParameter> {
         let all = Self::all(vehicle);
         let names: Vec<String> = all.iter().map(|parameter| parameter.name(vehicle)).collect();
-        if let Some(place) = names.iter().position(|known| known == name) {
-            return Ok(all[place]);
+        if let Some(index) = names.iter().position(|known| known == name) {
+            return Ok(all[index]);
         }
         let known: Vec<&str> = names.iter().map(String::as_str).collect();
         let leaves_plane = vehicle.coefficients.leaves_plane();

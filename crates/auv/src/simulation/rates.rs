@@ -14,7 +14,7 @@ use crate::vehicle::actuator::{Actuator, Push};
 
 /// The places of the states in an [`Instant`], and of their rates in [`Rates`].
 #[allow(missing_docs, reason = "the words beside them say what they are")]
-pub mod place {
+pub mod index {
     // Velocities over ground along the body, m/s: forward, to starboard, down.
     pub const SURGE: usize = 0;
     pub const SWAY: usize = 1;
@@ -35,14 +35,14 @@ pub mod place {
     pub const STATES: usize = 12;
 }
 
-use place::{DEPTH, EAST, HEADING, NORTH, PITCH, ROLL, STATES};
+use index::{DEPTH, EAST, HEADING, NORTH, PITCH, ROLL, STATES};
 
 /// The motion at one instant, and what acts on it. In the vertical plane sway, p, r, roll, heading and east are 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant<D = f64> {
     /// Time \[s\].
     pub time: D,
-    /// The states, by [`place`].
+    /// The states, by [`index`].
     pub state: [D; STATES],
     /// The velocity of the water where the vehicle is, north (or horizontal), east and down \[m/s\].
     pub current: [D; 3],
@@ -54,7 +54,7 @@ pub struct Instant<D = f64> {
     pub load: Load<D>,
 }
 
-/// Time derivatives of the states of an [`Instant`], by [`place`].
+/// Time derivatives of the states of an [`Instant`], by [`index`].
 pub type Rates<D = f64> = [D; STATES];
 
 impl<D: Scalar> Instant<D> {
@@ -92,10 +92,10 @@ impl<D: Scalar> Instant<D> {
     /// of [`Motion::turning`].
     fn moved(&self) -> [D; 7] {
         let of = |one: D| one - one.re();
-        let [roll, pitch, heading] = [ROLL, PITCH, HEADING].map(|place| of(self.state[place]));
+        let [roll, pitch, heading] = [ROLL, PITCH, HEADING].map(|index| of(self.state[index]));
         let ((sin, cos), (sin_phi, cos_phi)) =
             (self.state[PITCH].re().sin_cos(), self.state[ROLL].re().sin_cos());
-        let [north, east, depth] = [NORTH, EAST, DEPTH].map(|place| of(self.state[place]));
+        let [north, east, depth] = [NORTH, EAST, DEPTH].map(|index| of(self.state[index]));
         let starboard = pitch * cos_phi + heading * (cos * sin_phi);
         let down = heading * (cos * cos_phi) - pitch * sin_phi;
         [of(self.time), north, east, depth, roll - heading * sin, starboard, down]
@@ -315,7 +315,7 @@ impl LpvModel {
 
 #[cfg(test)]
 mod tests {
-    use super::place::HEAVE;
+    use super::index::HEAVE;
     use super::*;
     use crate::{Current, Speed, Surroundings, Vehicle, trim};
     use squid_sea::{Spectrum, Waves};
@@ -365,11 +365,11 @@ mod tests {
         let h = 1e-5;
         plant.advance(0.5 + h).unwrap();
         let after = plant.instant();
-        for (place, expected) in rates.into_iter().enumerate() {
-            let change = after.state[place] - before.state[place];
-            assert!((change / h - expected).abs() < 1e-3 * (1.0 + expected.abs()), "{place}: {expected}");
-            let in_plane = [place::SURGE, HEAVE, place::Q, PITCH, NORTH, DEPTH].contains(&place);
-            assert_eq!(expected != 0.0, in_plane || turns, "{place}");
+        for (row, expected) in rates.into_iter().enumerate() {
+            let change = after.state[row] - before.state[row];
+            assert!((change / h - expected).abs() < 1e-3 * (1.0 + expected.abs()), "{row}: {expected}");
+            let in_plane = [index::SURGE, HEAVE, index::Q, PITCH, NORTH, DEPTH].contains(&row);
+            assert_eq!(expected != 0.0, in_plane || turns, "{row}");
         }
         for (index, actuator) in vehicle.actuators.iter().enumerate().filter(|(_, one)| one.lag > 0.0) {
             let rate = actuator.output_rate(outputs[index], plant.commands[index]);

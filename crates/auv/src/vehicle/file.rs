@@ -83,7 +83,7 @@ fn vehicle_table(table: &Table<'_>) -> Option<(String, Status, String)> {
         let allowed = "at most 64 letters, digits, '_', '-' and spaces, beginning with a letter";
         table.not_allowed("name", cited(name), allowed);
     }
-    let status = table.one_of("status", &Status::ALL.map(Status::word)).map(|place| Status::ALL[place]);
+    let status = table.one_of("status", &Status::ALL.map(Status::word)).map(|index| Status::ALL[index]);
     let description = table.text("description");
     Some((name?, status?, description?))
 }

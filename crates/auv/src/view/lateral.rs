@@ -113,7 +113,7 @@ mod tests {
     fn the_table_fits_together() {
         assert_eq!(INTERFACE.scheduled(), Some(crate::view::longitudinal::SPEED));
         assert_eq!(
-            ["heading", "heading_rate", "roll"].map(|name| INTERFACE.place(name)),
+            ["heading", "heading_rate", "roll"].map(|name| INTERFACE.index(name)),
             [Some(HEADING), Some(HEADING_RATE), Some(ROLL)]
         );
         for signal in SIGNALS.iter().filter(|signal| signal.name != "speed") {

@@ -148,8 +148,8 @@ pub static SIGNALS: [Signal; SENSED.len()] = signals_of(&SENSED);
 pub static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS };
 
 /// The index of a signal in [`SIGNALS`].
-pub fn place(name: &str) -> Option<usize> {
-    INTERFACE.place(name)
+pub fn index(name: &str) -> Option<usize> {
+    INTERFACE.index(name)
 }
 
 /// Every signal that can be tracked, with its reference, in the order of [`SIGNALS`].
@@ -164,12 +164,12 @@ mod tests {
     #[test]
     fn the_table_fits_together() {
         assert_eq!(
-            ["pitch", "speed", "depth", "altitude", "yaw"].map(place),
+            ["pitch", "speed", "depth", "altitude", "yaw"].map(index),
             [Some(PITCH), Some(SPEED), Some(DEPTH), Some(ALTITUDE), None]
         );
         assert_eq!(INTERFACE.scheduled(), Some(SPEED));
-        for (place, signal) in SIGNALS.iter().enumerate() {
-            assert_eq!(signal.reference.is_some(), place < 3, "{}", signal.name);
+        for (index, signal) in SIGNALS.iter().enumerate() {
+            assert_eq!(signal.reference.is_some(), index < 3, "{}", signal.name);
             let state = STATES.iter().find(|state| state.symbol == signal.state()).unwrap();
             assert_eq!(state.unit, signal.unit, "{}", signal.name);
             assert!(signal.units.iter().any(|unit| unit.name == signal.unit && unit.factor == 1.0));

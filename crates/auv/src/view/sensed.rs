@@ -17,10 +17,10 @@ pub struct Sensed {
 /// Returns the signals of a table.
 pub(crate) const fn signals_of<const N: usize>(table: &[Sensed; N]) -> [Signal; N] {
     let mut all = [table[0].signal; N];
-    let mut place = 1;
-    while place < N {
-        all[place] = table[place].signal;
-        place += 1;
+    let mut index = 1;
+    while index < N {
+        all[index] = table[index].signal;
+        index += 1;
     }
     all
 }

@@ -58,7 +58,7 @@ fn heading_is_the_lateral_motion_of_straight_flight() {
     let cos = level.pitch.cos();
     // p, phi, v, r among v, p, r, phi.
     let places = [1, 3, 0, 2];
-    let unit = |place: usize| if place == 2 { cos } else { 1.0 };
+    let unit = |index: usize| if index == 2 { cos } else { 1.0 };
     for (i, row) in places.into_iter().enumerate() {
         for (j, column) in places.into_iter().enumerate() {
             let expected = six.a[(row, column)] * unit(column) / unit(row);

@@ -7,7 +7,7 @@ use nalgebra::{DVector, Matrix2, Matrix3, Vector2};
 use squid_auv::longitudinal::turning;
 use squid_auv::{
     Current, Descriptor, Dynamics, Effect, Motion, Parameter, Pitch, Plant, Slopes, Speed, Surge, Trim,
-    Vehicle, actuator_force, linearise, linearise_with, place, trim, trims,
+    Vehicle, actuator_force, index, linearise, linearise_with, trim, trims,
 };
 
 /// NPS AUV II in heave and pitch.
@@ -169,8 +169,8 @@ fn the_speed_follows_what_is_given_and_nothing_else() {
     let before = plant.clone();
     plant.advance(before.time() + 1e-5).unwrap();
     let after = plant.instant();
-    for place in [place::HEAVE, place::Q] {
-        close((after.state[place] - instant.state[place]) / 1e-5, rates[place], 1e-3);
+    for index in [index::HEAVE, index::Q] {
+        close((after.state[index] - instant.state[index]) / 1e-5, rates[index], 1e-3);
     }
     let mut again = before.clone();
     again.restore(&before.snapshot()).unwrap();

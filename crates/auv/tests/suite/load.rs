@@ -2,8 +2,8 @@
 
 use crate::common::{remus100, squid};
 use squid_auv::{
-    Ballast, CoefficientError, Instant, LpvModel, Motion, Plant, Rates, Slopes, Speed, State, Vehicle,
-    linearise, place, trim,
+    Ballast, CoefficientError, Instant, LpvModel, Motion, Plant, Rates, Slopes, Speed, State, Vehicle, index,
+    linearise, trim,
 };
 
 /// Squid without trim moments: neutral, centres at the origin, and no coupling of heave and pitch.
@@ -36,7 +36,7 @@ fn at_rest_a_load_moves_mass_and_added_mass() {
     plant.set_load([ahead, 0.0, down, 0.0, moment, 0.0]).unwrap();
     let expected = [ahead / (c.mass - c.X_u_dot), down / (c.mass - c.Z_w_dot), moment / (c.I_yy - c.M_q_dot)];
     let found = rates(&plant);
-    for (found, expected) in [place::SURGE, place::HEAVE, place::Q].map(|one| found[one]).iter().zip(expected)
+    for (found, expected) in [index::SURGE, index::HEAVE, index::Q].map(|one| found[one]).iter().zip(expected)
     {
         assert!((found - expected).abs() < 1e-15 + 1e-13 * expected.abs(), "{found} and {expected}");
     }
@@ -66,10 +66,10 @@ fn level_a_heavier_vehicle_is_one_that_is_pulled_down() {
         for (one, other) in one.into_iter().zip(other) {
             assert!((one - other).abs() < 1e-13, "{one} and {other}");
         }
-        assert!(one[place::HEAVE] - rates(&at_rest(&vehicle))[place::HEAVE] > 0.1);
+        assert!(one[index::HEAVE] - rates(&at_rest(&vehicle))[index::HEAVE] > 0.1);
         let mass = ballast.mass * (1.0 + more / ballast.weight);
         heavier.set_ballast(&Ballast { mass, weight: ballast.weight + more, ..ballast }).unwrap();
-        assert!(rates(&heavier)[place::HEAVE] < one[place::HEAVE]);
+        assert!(rates(&heavier)[index::HEAVE] < one[index::HEAVE]);
     }
 }
 

@@ -209,7 +209,7 @@ impl ClaimedStep {
     /// The claimed step of a design file; `None` if the claim is about another reference.
     pub fn of_file(file: &DesignFile, theorem: &Theorem) -> Option<Self> {
         let limits = theorem.limits?;
-        let stepped = file.tracked.get(limits.input).filter(|tracked| tracked.place == file.stepped())?;
+        let stepped = file.tracked.get(limits.input).filter(|tracked| tracked.index == file.stepped())?;
         let inputs = file.measured.iter().map(|measured| measured.signal.name);
         let without_roll = leaves_out_roll(stepped.signal.name, inputs);
         let size = limits.size * stepped.scale;

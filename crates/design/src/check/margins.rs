@@ -96,18 +96,18 @@ impl Opened {
     }
 
     /// The margins at one point with the loop closed at the others.
-    pub fn margins(&self, place: usize) -> Margins {
-        let alone = self.sensitivity.part(place, place);
+    pub fn margins(&self, index: usize) -> Margins {
+        let alone = self.sensitivity.part(index, index);
         let l = |omega: f64| 1.0 / self.response(&alone, omega)[(0, 0)] - 1.0;
         let mut margins = Margins {
             gain_up: f64::INFINITY,
             gain_down: 0.0,
             phase: f64::INFINITY,
             delay: f64::INFINITY,
-            disk: 1.0 / self.peak(place, 0.5),
+            disk: 1.0 / self.peak(index, 0.5),
         };
         let known: Vec<(f64, Complex<f64>)> =
-            self.grid.iter().map(|(omega, s)| (*omega, 1.0 / s[(place, place)] - 1.0)).collect();
+            self.grid.iter().map(|(omega, s)| (*omega, 1.0 / s[(index, index)] - 1.0)).collect();
         for pair in known.windows(2) {
             let [(low, at_low), (high, at_high)] = [pair[0], pair[1]];
             if (at_low.norm() > 1.0) != (at_high.norm() > 1.0) {
@@ -132,10 +132,10 @@ impl Opened {
     }
 
     /// The largest `|S - c|` at a point.
-    fn peak(&self, place: usize, c: f64) -> f64 {
-        let alone = self.sensitivity.part(place, place);
+    fn peak(&self, index: usize, c: f64) -> f64 {
+        let alone = self.sensitivity.part(index, index);
         let at = |omega: f64| (self.response(&alone, omega)[(0, 0)] - c).norm();
-        let known: Vec<f64> = self.grid.iter().map(|(_, s)| (s[(place, place)] - c).norm()).collect();
+        let known: Vec<f64> = self.grid.iter().map(|(_, s)| (s[(index, index)] - c).norm()).collect();
         let Some(most) = (0..known.len()).max_by(|i, j| known[*i].total_cmp(&known[*j])) else {
             return f64::NAN;
         };

@@ -313,7 +313,7 @@ pub(crate) mod tests {
             let designed = plant.close(&k).frozen(&[]).unwrap();
             let flown = Sampling::of(actuators, file).ideal(&l).closed(&k.frozen(&[]).unwrap());
             let slope = &l.trim_slope;
-            let pitch = file.tracked.iter().position(|t| t.place == PITCH).unwrap();
+            let pitch = file.tracked.iter().position(|t| t.index == PITCH).unwrap();
             for omega in [0.01, 0.3, 2.0, 20.0] {
                 let s = Complex::new(0.0, omega);
                 let (z, t) = (designed.response(s).unwrap(), flown.response(s).unwrap());

@@ -139,7 +139,7 @@ mod tests {
         let pitch = first.of_angle(turning_actuator(&inputs.vehicle.actuators, &model));
         assert!((pitch - 0.067).abs() < 0.003, "{pitch}");
         for track in &mut inputs.design.tracked {
-            track.scale *= if track.place == PITCH { 1e-6 } else { 1.0 };
+            track.scale *= if track.index == PITCH { 1e-6 } else { 1.0 };
         }
         let second = at(&inputs);
         assert_eq!(first.channels, second.channels);

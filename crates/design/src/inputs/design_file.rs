@@ -108,7 +108,7 @@ const NOISE: Range =
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tracked {
     /// Its index among the signals of the interface.
-    pub place: usize,
+    pub index: usize,
     /// Its row there.
     pub signal: &'static Signal,
     /// The unit of its reference, SI.
@@ -125,7 +125,7 @@ pub struct Tracked {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
     /// Its index among the signals of the interface.
-    pub place: usize,
+    pub index: usize,
     /// Its row there.
     pub signal: &'static Signal,
     /// Its unit, SI.
@@ -335,7 +335,7 @@ impl DesignFile {
     /// one that is scheduled on.
     pub fn stepped(&self) -> usize {
         let others =
-            self.tracked.iter().map(|t| t.place).filter(|place| Some(*place) != self.interface.scheduled());
+            self.tracked.iter().map(|t| t.index).filter(|index| Some(*index) != self.interface.scheduled());
         others.min().unwrap_or_default()
     }
 
@@ -345,8 +345,8 @@ impl DesignFile {
     }
 
     /// Whether a signal is tracked or measured.
-    pub fn uses(&self, place: usize) -> bool {
-        self.tracked.iter().any(|t| t.place == place) || self.measured.iter().any(|m| m.place == place)
+    pub fn uses(&self, index: usize) -> bool {
+        self.tracked.iter().any(|t| t.index == index) || self.measured.iter().any(|m| m.index == index)
     }
 
     /// Whether depth is tracked or measured, and therefore a state of the linear models.
@@ -366,7 +366,7 @@ impl DesignFile {
 
     /// The index among the tracked outputs of the signal that is scheduled on.
     pub fn tracked_speed(&self) -> Option<usize> {
-        self.tracked.iter().position(|t| Some(t.place) == self.interface.scheduled())
+        self.tracked.iter().position(|t| Some(t.index) == self.interface.scheduled())
     }
 
     /// Depth \[m\], and the pitch in level trim.
@@ -400,8 +400,8 @@ impl DesignFile {
         if self.measured.is_empty() {
             return Some(tracked);
         }
-        let place = self.tracked[tracked].place;
-        self.measured.iter().position(|m| m.place == place).map(|row| self.tracked.len() + row)
+        let index = self.tracked[tracked].index;
+        self.measured.iter().position(|m| m.index == index).map(|row| self.tracked.len() + row)
     }
 
     /// The delay in ticks.

@@ -16,7 +16,7 @@ impl DesignFile {
         if !other.measured.is_empty() {
             return Err(wrong("it has [[measure]]: noise and models belong to its own controller"));
         }
-        let outputs = |d: &Self| d.tracked.iter().map(|t| (t.place, t.scale)).collect::<Vec<_>>();
+        let outputs = |d: &Self| d.tracked.iter().map(|t| (t.index, t.scale)).collect::<Vec<_>>();
         if outputs(self) != outputs(other) {
             return Err(wrong(
                 "it does not have the same [[track]]: the outputs, their order and scales must agree",

@@ -15,12 +15,12 @@ type Shared = (&'static str, fn(&DesignFile) -> String);
 pub(super) fn check(designs: &[DesignFile], vehicles: &[Vehicle], file: &str) -> Result<(), InputError> {
     let Some(first) = designs.first() else { return Ok(()) };
     let file = || file.to_owned();
-    for (place, design) in designs.iter().enumerate() {
+    for (index, design) in designs.iter().enumerate() {
         let taken = |name: &str| {
-            let mut before = designs.iter().zip(vehicles).take(place);
+            let mut before = designs.iter().zip(vehicles).take(index);
             before.find(|(_, vehicle)| vehicle.actuators.iter().any(|one| one.name == name))
         };
-        for actuator in &vehicles[place].actuators {
+        for actuator in &vehicles[index].actuators {
             if let Some((other, _)) = taken(&actuator.name) {
                 let (one, other) = (other.steered(), design.steered());
                 return Err(InputError::SharedActuator {

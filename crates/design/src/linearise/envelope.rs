@@ -45,10 +45,10 @@ pub fn envelope(
         let column = |end: usize| rows.iter().map(|row| of(row)[end]).collect::<Vec<f64>>();
         [column(0), column(1)]
     };
-    let tracked = |place: usize| file.tracked.iter().any(|t| t.place == place);
+    let tracked = |index: usize| file.tracked.iter().any(|t| t.index == index);
     let mut all = BTreeMap::new();
-    let mut add = |place: usize, limits: ReferenceLimits| {
-        all.insert(SIGNALS[place].name.to_owned(), limits);
+    let mut add = |index: usize, limits: ReferenceLimits| {
+        all.insert(SIGNALS[index].name.to_owned(), limits);
     };
     if tracked(PITCH) {
         let range = columns(|row| row.pitch).map(OverSpeed::from);

@@ -124,7 +124,7 @@ pub fn words(controller: &ControllerDesign) -> Option<String> {
         after => format!("a sensor is lost that is the same for {after} s and should have moved"),
     };
     let needed = |name: &&str| {
-        let place = controller.place(name);
+        let place = controller.index(name);
         place.is_some_and(|place| controller.without(place) == Without::Nothing)
     };
     let needed: Vec<&str> = failsafe.sensors.keys().map(String::as_str).filter(needed).collect();

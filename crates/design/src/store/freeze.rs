@@ -76,12 +76,14 @@ pub fn controller(
 ) -> Result<ControllerDesign, Error> {
     let trims = vehicle.trims(&file.spread(TRIM_ROWS))?;
     let signals = vehicle.interface().signals;
-    let scheduled = vehicle.interface().scheduled().map(|place| (place, &signals[place]));
+    let scheduled =
+        vehicle.interface().scheduled().map(|signal_index| (signal_index, &signals[signal_index]));
     let (centre, half_range) = file.scheduling();
-    let column = |place: usize| trims.iter().map(|trim| trim.signals[place]).collect::<Vec<f64>>();
+    let column =
+        |signal_index: usize| trims.iter().map(|trim| trim.signals[signal_index]).collect::<Vec<f64>>();
     let mut envelope = envelope(vehicle, file)?;
-    if let Some((place, signal)) = scheduled.filter(|_| !vehicle.speed_given()) {
-        let speeds = column(place);
+    if let Some((signal_index, signal)) = scheduled.filter(|_| !vehicle.speed_given()) {
+        let speeds = column(signal_index);
         let range = [0, speeds.len() - 1].map(|end| OverSpeed::Constant(speeds[end]));
         envelope.entry(signal.name.to_owned()).or_default().range = Some(range);
     }
@@ -89,10 +91,10 @@ pub fn controller(
     let steered = file.tracked.iter().map(|tracked| tracked.signal);
     let steered: Vec<String> =
         steered.filter(|signal| signal.level != Level::Scheduled).map(|signal| signal.name.into()).collect();
-    let start = |place: usize| trims.first().map_or(0.0, |trim| trim.signals[place]);
-    let ports = signals.iter().enumerate().map(|(place, signal)| {
-        let starts = signal.level == Level::Start && file.uses(place);
-        let mut port = Port { start: if starts { start(place) } else { 0.0 }, ..Port::from(signal) };
+    let start = |signal_index: usize| trims.first().map_or(0.0, |trim| trim.signals[signal_index]);
+    let ports = signals.iter().enumerate().map(|(signal_index, signal)| {
+        let starts = signal.level == Level::Start && file.uses(signal_index);
+        let mut port = Port { start: if starts { start(signal_index) } else { 0.0 }, ..Port::from(signal) };
         let model = file.tracks(signal.name).and_then(|index| file.tracked[index].model);
         if let (Some(reference), Some(model)) = (&mut port.reference, model) {
             reference.lag = model.lag();
@@ -139,8 +141,10 @@ pub fn controller(
         follow: vec![],
         trim: TrimTable {
             speed: trims.iter().map(|trim| trim.speed).collect(),
-            forward_speed: scheduled.map_or_else(Vec::new, |(place, _)| column(place)),
-            signals: trimmed.map(|(place, signal)| (signal.name.to_owned(), column(place))).collect(),
+            forward_speed: scheduled.map_or_else(Vec::new, |(signal_index, _)| column(signal_index)),
+            signals: trimmed
+                .map(|(signal_index, signal)| (signal.name.to_owned(), column(signal_index)))
+                .collect(),
             actuators: trims.iter().map(|trim| trim.actuators.clone()).collect(),
         },
         envelope,
@@ -158,7 +162,7 @@ fn failsafe(
     file: &DesignFile,
     controller: &ControllerDesign,
 ) -> Result<Option<Failsafe>, Error> {
-    let measured = |name: &String| controller.place(name).is_some_and(|place| controller.measures(place));
+    let measured = |name: &String| controller.index(name).is_some_and(|place| controller.measures(place));
     let mut sensors = vehicle.sensors(&file.spread(ENVELOPE_SPEEDS))?;
     sensors.retain(|name, _| measured(name));
     for SensorKeys { signal, resolution, period } in &file.failsafe.sensors {

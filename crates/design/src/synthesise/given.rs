@@ -26,7 +26,7 @@ pub fn structure(actuators: &[Actuator], file: &DesignFile, pid: &Pid) -> Result
     let separate = file.tracked.iter().filter(|_| !file.measured.is_empty());
     let references = separate.map(|t| Port { signal: t.signal.name, scale: t.scale }).collect();
     let measurements = file.measured.iter().map(|m| Port { signal: m.signal.name, scale: m.scale }).collect();
-    let scheduled = file.interface.scheduled().map(|place| &file.interface.signals[place]);
+    let scheduled = file.interface.scheduled().map(|index| &file.interface.signals[index]);
     let vehicle = Vehicle {
         actuators,
         speed_given: scheduled.is_none_or(|signal| !signal.is_among(file.states)),

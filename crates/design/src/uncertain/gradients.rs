@@ -156,11 +156,11 @@ pub fn coarsen(vehicle: &Vehicle, blocks: &[Block], detail: f64, samples: &mut [
     let units = units(vehicle, samples.first().map_or(0, |g| g.nominal.nrows()));
     let inverse = units.map(|v| if v > 0.0 { 1.0 / v } else { 0.0 });
     let sizes: Vec<f64> = samples.iter().map(|g| g.size(&units)).collect();
-    for place in (0..blocks.len()).filter(|i| blocks[*i].uncertain.is_of_trim()) {
+    for index in (0..blocks.len()).filter(|i| blocks[*i].uncertain.is_of_trim()) {
         let mut rows = Mat::zeros(0, units.ncols());
         for (g, size) in samples.iter().zip(&sizes) {
-            let inside = g.second.iter().filter(|(_, j, _)| *j == place).map(|(_, _, m)| m);
-            for m in std::iter::once(&g.first[place]).chain(inside) {
+            let inside = g.second.iter().filter(|(_, j, _)| *j == index).map(|(_, _, m)| m);
+            for m in std::iter::once(&g.first[index]).chain(inside) {
                 rows = block(&[&[&rows], &[&(m * &units / *size)]]);
             }
         }
@@ -169,14 +169,14 @@ pub fn coarsen(vehicle: &Vehicle, blocks: &[Block], detail: f64, samples: &mut [
         let directions = decomposition.v.columns(0, kept).into_owned();
         let projector = &units * &directions * directions.transpose() * &inverse;
         for (g, size) in samples.iter_mut().zip(&sizes) {
-            g.first[place] = &g.first[place] * &projector;
+            g.first[index] = &g.first[index] * &projector;
             for (_, j, m) in &mut g.second {
-                if *j == place {
+                if *j == index {
                     *m = &*m * &projector;
                 }
             }
             let large = |i: usize, j: usize, m: &Mat| {
-                (m * &units).norm() > detail * size || (i != place && j != place)
+                (m * &units).norm() > detail * size || (i != index && j != index)
             };
             g.second.retain(|(i, j, m)| large(*i, *j, m));
         }

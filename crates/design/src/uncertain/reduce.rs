@@ -36,10 +36,10 @@ fn transpose(lft: &Lft) -> Lft {
 /// Each parameter of a sorted LFT, with its first channel and its number of channels.
 pub fn runs(channels: &[usize]) -> Vec<(usize, usize, usize)> {
     let mut out: Vec<(usize, usize, usize)> = Vec::new();
-    for (place, &parameter) in channels.iter().enumerate() {
+    for (index, &parameter) in channels.iter().enumerate() {
         match out.last_mut() {
             Some((last, _, count)) if *last == parameter => *count += 1,
-            _ => out.push((parameter, place, 1)),
+            _ => out.push((parameter, index, 1)),
         }
     }
     out

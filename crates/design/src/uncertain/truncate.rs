@@ -148,8 +148,8 @@ fn column_of(block: &Block, actuators: usize) -> Option<usize> {
 }
 
 /// One column of each matrix, counted from the last.
-fn last(all: &[Mat], place: usize) -> Vec<Mat> {
-    all.iter().map(|m| m.columns(m.ncols() - place, 1).into_owned()).collect()
+fn last(all: &[Mat], index: usize) -> Vec<Mat> {
+    all.iter().map(|m| m.columns(m.ncols() - index, 1).into_owned()).collect()
 }
 
 /// The largest relative distance of two matrices at the same point; 0 if they are equal.

@@ -147,7 +147,7 @@ mod tests {
         by_hand.drag_area *= 1.3;
         let dynamics = Dynamics::new(&by_hand).unwrap();
         let trim = &found.trim;
-        let [theta, u, depth, q, w] = std::array::from_fn(|place| trim.signals[place]);
+        let [theta, u, depth, q, w] = std::array::from_fn(|index| trim.signals[index]);
         let start = [u, w, q, theta];
         let start: Vec<f64> = start.into_iter().chain(trim.actuators.iter().copied()).collect();
         let rate = |at: &[f64]| {

@@ -49,7 +49,7 @@ pub struct Beyond {
 
 /// How long after the end of a step the rest is judged, s.
 pub(super) fn after(inputs: &Inputs) -> f64 {
-    let pitch = inputs.design.tracked.iter().find(|t| t.place == PITCH);
+    let pitch = inputs.design.tracked.iter().find(|t| t.index == PITCH);
     let settled = pitch.and_then(|t| t.model).map_or(0.0, |model| SETTLED / model.frequency);
     AFTER.max(settled)
 }

@@ -48,7 +48,7 @@ impl Corners {
     }
 
     fn at(inputs: &Inputs, controller: &ControllerDesign, speed: f64) -> Result<Option<Self>, Error> {
-        let Some(output) = inputs.design.tracked.iter().find(|one| one.place == inputs.design.stepped())
+        let Some(output) = inputs.design.tracked.iter().find(|one| one.index == inputs.design.stepped())
         else {
             return Ok(None);
         };
@@ -66,7 +66,7 @@ impl Corners {
                 continue;
             }
             let flight = unless_lost(flown)?;
-            let step = StepAtSpeed::flown(output.place, speed, flight.as_ref(), inputs);
+            let step = StepAtSpeed::flown(output.index, speed, flight.as_ref(), inputs);
             worst.flown += 1;
             let lost = |one: f64| if one.is_nan() { f64::INFINITY } else { one };
             worst.overshoot = worst.overshoot.max(lost(step.overshoot));

@@ -47,25 +47,25 @@ impl StepAtSpeed {
     pub(super) fn of(inputs: &Inputs, controller: &ControllerDesign, speed: f64) -> Result<Vec<Self>, Error> {
         let step = |tracked: &Tracked| {
             let flight = flight(inputs, controller, &step_at(inputs, tracked, speed))?;
-            Ok(Self::flown(tracked.place, speed, flight.as_ref(), inputs))
+            Ok(Self::flown(tracked.index, speed, flight.as_ref(), inputs))
         };
         inputs.design.tracked.iter().map(step).collect()
     }
 
     /// The figures of a flight with one step of a signal; `flight` is `None` if it was lost.
-    pub(super) fn flown(place: usize, speed: f64, flight: Option<&Flight>, inputs: &Inputs) -> Self {
+    pub(super) fn flown(index: usize, speed: f64, flight: Option<&Flight>, inputs: &Inputs) -> Self {
         let rows = flight.map_or(&[][..], |f| &f.rows);
         let height = match rows {
-            [first, .., last] => last.reference(place) - first.reference(place),
+            [first, .., last] => last.reference(index) - first.reference(index),
             _ => f64::NAN,
         };
         let (step, limits) = ((STEP_TIME, height), inputs.limits());
         let figures = match flight {
-            Some(flight) => StepFigures::of_flight(flight, place, step, &limits),
-            None => StepFigures::of(&[], place, step, &limits).cut_short(),
+            Some(flight) => StepFigures::of_flight(flight, index, step, &limits),
+            None => StepFigures::of(&[], index, step, &limits).cut_short(),
         };
         Self {
-            output: inputs.design.interface.signals[place].name,
+            output: inputs.design.interface.signals[index].name,
             speed,
             height,
             overshoot: figures.overshoot,
@@ -89,7 +89,7 @@ pub(super) fn step_at(inputs: &Inputs, tracked: &Tracked, speed: f64) -> Manoeuv
         duration: STEP_TIME + DURATION,
         ..inputs.design.manoeuvre.without_steps()
     };
-    if tracked.place == SPEED {
+    if tracked.index == SPEED {
         let (middle, half_range) = inputs.design.scheduling();
         let size = (SPEED_STEP * half_range).min(tracked.scale);
         return Manoeuvre { speed_to: if speed <= middle { speed + size } else { speed - size }, ..level };

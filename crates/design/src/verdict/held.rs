@@ -63,7 +63,7 @@ impl Held {
     /// # Errors
     /// The errors of the flights.
     pub fn of(inputs: &Inputs, controller: &ControllerDesign, speeds: usize) -> Result<Vec<Self>, Error> {
-        let Some(output) = inputs.design.tracked.iter().find(|one| one.place == inputs.design.stepped())
+        let Some(output) = inputs.design.tracked.iter().find(|one| one.index == inputs.design.stepped())
         else {
             return Ok(vec![]);
         };
@@ -97,7 +97,7 @@ impl Held {
         let Some(flight) = fly(inputs, controller, (speed, duration), load)? else { return Ok(Some(lost)) };
         let rows = &flight.rows;
         let error = |row: &Row| {
-            let error = row.error(output.place);
+            let error = row.error(output.index);
             if output.signal.circular { (error + PI).rem_euclid(TAU) - PI } else { error }
         };
         let at = |time: f64| rows.iter().rfind(|row| row.time < time);

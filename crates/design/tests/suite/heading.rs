@@ -164,8 +164,8 @@ fn a_compass_that_jumps_is_not_believed() {
         for tick in 0..100 {
             let mut now = at(179.9 + if tick < 50 { 0.0 } else { jump }, 179.9);
             // The last digits move: the sensors are alive.
-            for place in [HEADING, HEADING_RATE, SPEED] {
-                now.measured[place] += 1e-6 * f64::from(tick);
+            for index in [HEADING, HEADING_RATE, SPEED] {
+                now.measured[index] += 1e-6 * f64::from(tick);
             }
             supervisor.judge(&autopilot, &now, &[true; 5], 0.5);
             supervisor.tick(&mut autopilot).unwrap();

@@ -119,8 +119,8 @@ mod tests {
             curve(&Line { name: name.into(), points: vec![], kind }, WIDTH, &mut keys);
         }
         let looks = |key: &Key| (key.colour, key.dash);
-        for (place, key) in keys.iter().enumerate() {
-            assert!(keys[..place].iter().all(|other| looks(other) != looks(key)), "{}", key.name);
+        for (index, key) in keys.iter().enumerate() {
+            assert!(keys[..index].iter().all(|other| looks(other) != looks(key)), "{}", key.name);
         }
     }
 

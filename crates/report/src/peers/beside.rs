@@ -27,7 +27,7 @@ const MU: &str = "mu";
 /// # Errors
 /// [`Error::NotBeside`].
 pub fn check(first: &Inputs, other: &Inputs) -> Result<(), Error> {
-    let tracks = |inputs: &Inputs, place| inputs.design.tracked.iter().any(|t| t.place == place);
+    let tracks = |inputs: &Inputs, index| inputs.design.tracked.iter().any(|t| t.index == index);
     let refused = |file: &Inputs, what| Err(Error::NotBeside { file: file.design.source(), what });
     for inputs in [first, other] {
         if !tracks(inputs, PITCH) || tracks(inputs, DEPTH) {
@@ -171,7 +171,7 @@ fn flown_alone(first: &Subject, subject: &Subject) -> Result<Vec<Line>, Error> {
 
 /// The value of a line for a design; NaN for the speed of a design that does not track it.
 fn known(subject: &Subject, line: &Line, value: f64) -> f64 {
-    let tracked = subject.inputs.design.tracked.iter().any(|t| t.place == SPEED);
+    let tracked = subject.inputs.design.tracked.iter().any(|t| t.index == SPEED);
     if line.is_of_speed() && !tracked { f64::NAN } else { value }
 }
 

@@ -40,10 +40,10 @@ impl Step {
     const LOST: Self = Self { itae: f64::INFINITY, overshoot: f64::INFINITY, settling_time: f64::INFINITY };
 
     /// The figures of a window of rows that starts with the step of a reference.
-    fn of(rows: &[&Row], place: usize, step: f64) -> Self {
+    fn of(rows: &[&Row], index: usize, step: f64) -> Self {
         let Some(first) = rows.first() else { return Self::LOST };
         let since = |row: &Row| row.time - first.time;
-        let left = |row: &Row| row.error(place) / step;
+        let left = |row: &Row| row.error(index) / step;
         let dt = rows.get(1).map_or(0.0, |second| since(second));
         let outside = rows.iter().rposition(|row| left(row).abs() > SETTLED);
         Self {

@@ -56,20 +56,20 @@ impl Inputs {
     fn of(subject: &Subject) -> Option<Self> {
         let design = &subject.inputs.design;
         let p = design.tracked.len();
-        let reference = design.tracked.iter().position(|t| t.place == PITCH)?;
+        let reference = design.tracked.iter().position(|t| t.index == PITCH)?;
         // The law does not control depth.
         if design.has_depth() {
             return None;
         }
-        let measured = |place: usize| {
-            let row = design.measured.iter().position(|m| m.place == place)?;
+        let measured = |index: usize| {
+            let row = design.measured.iter().position(|m| m.index == index)?;
             Some((p + row, design.measured[row].scale))
         };
         Some(Self {
             size: p + design.measured.len(),
             reference: (reference, design.tracked[reference].scale),
             pitch: measured(PITCH)?,
-            rate: measured(squid_auv::longitudinal::place("pitch_rate")?)?,
+            rate: measured(squid_auv::longitudinal::index("pitch_rate")?)?,
             speed: if subject.speed_is_given() { None } else { Some(measured(SPEED)?) },
         })
     }
@@ -77,7 +77,7 @@ impl Inputs {
     /// A row of gains on y.
     fn row(&self, terms: &[((usize, f64), f64)]) -> Mat {
         let mut row = Mat::zeros(1, self.size);
-        terms.iter().for_each(|((place, scale), gain)| row[*place] += scale * gain);
+        terms.iter().for_each(|((index, scale), gain)| row[*index] += scale * gain);
         row
     }
 }
@@ -145,7 +145,7 @@ impl Law for Pid {
         let mut integrals = [0.0; 2];
         Some(Box::new(move |speed, y, limits: Limits| {
             let (Gains { pitch: [kp, ki, kd], weight, speed: [kv, kvi] }, n) = self.at(speed);
-            let value = |(place, scale): (usize, f64)| scale * y[place];
+            let value = |(index, scale): (usize, f64)| scale * y[index];
             let Inputs { reference, pitch, rate, speed, .. } = self.inputs;
             let turn = kp * (weight * value(reference) - value(pitch)) + integrals[0] - kd * value(rate);
             let ahead = speed.map_or(0.0, value);

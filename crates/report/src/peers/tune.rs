@@ -149,7 +149,7 @@ fn search(
 /// An initial guess: poles near the frequencies of the reference models of pitch and speed, times a factor.
 fn guess(subject: &Subject, factor: f64) -> Vec<f64> {
     let model = |speed: bool| {
-        let tracked = subject.inputs.design.tracked.iter().find(|t| (t.place == SPEED) == speed);
+        let tracked = subject.inputs.design.tracked.iter().find(|t| (t.index == SPEED) == speed);
         tracked.and_then(|t| t.model).map_or(1.0, |ReferenceModel { frequency, .. }| frequency)
     };
     let w = factor * model(false);

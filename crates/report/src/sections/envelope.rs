@@ -30,17 +30,17 @@ pub fn envelope(subject: &Subject) -> Result<Vec<Part>, Error> {
     }
     let mut keys =
         vec![Key::coloured(0, "limits"), Key::reference("level flight"), Key::coloured(1, "default flight")];
-    for (place, key) in keys.iter_mut().enumerate() {
-        if charts.iter().flat_map(|chart| &chart.curves).all(|curve| curve.key != place) {
+    for (index, key) in keys.iter_mut().enumerate() {
+        if charts.iter().flat_map(|chart| &chart.curves).all(|curve| curve.key != index) {
             key.name.clear();
         }
     }
     let caption =
         format!("The limits of the references of {}, and what the default flight asks.", subject.name());
     let figure = Figure { name: "envelope-over-speed".into(), caption, keys, charts };
-    let tables = [PITCH, DEPTH].into_iter().filter(|place| envelope.limits(*place).is_some());
+    let tables = [PITCH, DEPTH].into_iter().filter(|index| envelope.limits(*index).is_some());
     let tables =
-        tables.map(|place| ends(subject, place).map(Part::Table)).collect::<Result<Vec<_>, Error>>()?;
+        tables.map(|index| ends(subject, index).map(Part::Table)).collect::<Result<Vec<_>, Error>>()?;
     Ok([Part::Words(envelope.words()), Part::Figure(figure)].into_iter().chain(tables).collect())
 }
 
@@ -60,9 +60,9 @@ impl<'a> Envelope<'a> {
     }
 
     /// Over the trim table, the limits of a pitch, or of the rate of a depth or speed.
-    fn limits(&self, place: usize) -> Option<&[OverSpeed; 2]> {
-        let limits = self.subject.stored.controller.envelope.get(SIGNALS[place].name)?;
-        if place == PITCH { limits.range.as_ref() } else { limits.rate.as_ref() }
+    fn limits(&self, index: usize) -> Option<&[OverSpeed; 2]> {
+        let limits = self.subject.stored.controller.envelope.get(SIGNALS[index].name)?;
+        if index == PITCH { limits.range.as_ref() } else { limits.rate.as_ref() }
     }
 
     /// Pitch in level flight, and the ways from there to the limits of its reference (rad), at a speed (m/s).
@@ -76,7 +76,7 @@ impl<'a> Envelope<'a> {
     /// The step of the stepped output that the controller follows when one of a height (rad or m) is asked in level
     /// flight at a speed (m/s). The limits of a depth are those of its rate.
     pub fn used(&self, speed: f64, height: f64) -> f64 {
-        let steps_in_pitch = self.subject.step().place == PITCH;
+        let steps_in_pitch = self.subject.step().index == PITCH;
         let Some((_, [down, up])) = self.ways(speed).filter(|_| steps_in_pitch) else { return height };
         let used = height.max(down).min(up);
         if (used - height).abs() > ROUNDING * height.abs() { used } else { height }
@@ -86,7 +86,7 @@ impl<'a> Envelope<'a> {
     /// sentence with a space before it; empty if it follows them as they are.
     pub fn remark(&self, steps: impl Iterator<Item = (f64, f64)>) -> String {
         let step = self.subject.step();
-        if step.place == DEPTH && self.limits(DEPTH).is_some() {
+        if step.index == DEPTH && self.limits(DEPTH).is_some() {
             return " The autopilot turns a step of depth into a ramp that the vehicle can follow.".into();
         }
         let shown = |height: f64| tidy(step.factor * height, 1);
@@ -114,14 +114,14 @@ impl<'a> Envelope<'a> {
         self.subject.stored.manoeuvre.above_trim(time, SIGNALS[PITCH].name)
     }
 
-    fn ends(&self, place: usize, factor: f64) -> Option<Vec<Curve>> {
+    fn ends(&self, index: usize, factor: f64) -> Option<Vec<Curve>> {
         let speeds = &self.subject.stored.controller.trim.speed;
         let point = |(row, speed): (usize, &f64), end: &OverSpeed| (*speed, factor * end.at(row));
         let curve = |end: &OverSpeed| Curve {
             key: END,
-            points: speeds.iter().enumerate().map(|place| point(place, end)).collect(),
+            points: speeds.iter().enumerate().map(|index| point(index, end)).collect(),
         };
-        self.limits(place).map(|limits| limits.iter().map(curve).collect())
+        self.limits(index).map(|limits| limits.iter().map(curve).collect())
     }
 
     fn pitch(&self) -> Option<Chart> {
@@ -137,9 +137,9 @@ impl<'a> Envelope<'a> {
         Some(Chart::over_speed("pitch (deg)", curves))
     }
 
-    fn rate(&self, place: usize) -> Option<Chart> {
-        let mut curves = self.ends(place, 1.0)?;
-        if place == DEPTH {
+    fn rate(&self, index: usize) -> Option<Chart> {
+        let mut curves = self.ends(index, 1.0)?;
+        if index == DEPTH {
             return Some(Chart::over_speed("rate of depth (m/s)", curves));
         }
         let most = curves.iter().flat_map(|curve| &curve.points).map(|p| p.1.abs()).fold(0.0, f64::max);
@@ -204,10 +204,10 @@ impl<'a> Envelope<'a> {
 }
 
 /// The ends at the speeds of the report, computed again, and what limits them.
-fn ends(subject: &Subject, place: usize) -> Result<Table, Error> {
+fn ends(subject: &Subject, index: usize) -> Result<Table, Error> {
     let mut table = Table::new(["speed (m/s)", "", "pitch (deg)", "path (deg)", "limited by"]);
-    table.head[1] = format!("limit of {}", SIGNALS[place].name);
-    let found = subject.inputs.axis().ends(&subject.speeds, place == DEPTH)?;
+    table.head[1] = format!("limit of {}", SIGNALS[index].name);
+    let found = subject.inputs.axis().ends(&subject.speeds, index == DEPTH)?;
     for (speed, ends) in subject.speeds.iter().zip(found) {
         for (end, way) in ends.into_iter().zip(["nose down", "nose up"]) {
             let [pitch, path] = [end.pitch, end.path].map(|angle| known(angle.to_degrees(), 1));

@@ -83,7 +83,7 @@ fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Ch
     let mut curves = vec![Curve { key: 0, points: exact }];
     let states = subject.inputs.design.states;
     let first = STATES.iter().position(|state| *state == states[0]).unwrap_or(0);
-    let [rate, state] = [i, j].map(|place| states[place].symbol);
+    let [rate, state] = [i, j].map(|index| states[index].symbol);
     for (k, fit) in fits.iter().enumerate() {
         let fine = (0..=60).map(|n| f64::from(n) / 30.0 - 1.0);
         let points = fine.map(|rho| (centre + half_range * rho, fit.evaluate(rho)[(i, j)])).collect();

@@ -20,12 +20,12 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         points: rows.iter().map(|r| (r.time, of(r))).collect(),
     };
     let step = subject.step();
-    let both = |place: usize, factor: f64| {
-        vec![series(0, &|r| factor * r.reference(place)), series(1, &|r| factor * r.measured(place))]
+    let both = |index: usize, factor: f64| {
+        vec![series(0, &|r| factor * r.reference(index)), series(1, &|r| factor * r.measured(index))]
     };
-    let drawn = |place: usize, factor: f64| {
-        let mut both = both(place, factor);
-        both.drain(..usize::from(!stored.controller.has_reference(place)));
+    let drawn = |index: usize, factor: f64| {
+        let mut both = both(index, factor);
+        both.drain(..usize::from(!stored.controller.has_reference(index)));
         both
     };
     let speed = vec![series(0, &|r| r.reference(SPEED)), series(1, &|r| r.measured(SPEED))];
@@ -50,7 +50,7 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         }
     }
     let m = &stored.manoeuvre;
-    let last = rows.last().map_or(f64::NAN, |r| step.factor * r.error(step.place));
+    let last = rows.last().map_or(f64::NAN, |r| step.factor * r.error(step.index));
     let off = rows.iter().map(|r| r.error(SPEED).abs()).fold(0.0, f64::max);
     let outside = rows.iter().filter(|r| r.out_of_range).count() as f64 / rows.len() as f64;
     let words = format!(

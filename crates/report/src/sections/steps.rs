@@ -94,15 +94,15 @@ pub fn figure(subject: &Subject, mut keys: Vec<Key>, flights: &[Flight], until: 
         };
         flights.iter().enumerate().map(|(key, f)| Curve { key, points: points(&f.rows) }).collect()
     };
-    let followed = |place: usize, label: &str, factor: f64, least: f64| {
-        let from_trim = |v: f64, start: &Row| factor * (v - start.measured(place));
-        let mut drawn = curves(&|r, start| from_trim(r.measured(place), start));
-        drawn.extend(different(curves(&|r, start| from_trim(r.reference(place), start)), references));
+    let followed = |index: usize, label: &str, factor: f64, least: f64| {
+        let from_trim = |v: f64, start: &Row| factor * (v - start.measured(index));
+        let mut drawn = curves(&|r, start| from_trim(r.measured(index), start));
+        drawn.extend(different(curves(&|r, start| from_trim(r.reference(index), start)), references));
         Chart { y: Axis::linear(label).at_least(least), ..Chart::over_time("", "", drawn) }
     };
     let step = subject.step();
     let mut charts = vec![
-        followed(step.place, &step.from_trim(), step.factor, LEAST[0]),
+        followed(step.index, &step.from_trim(), step.factor, LEAST[0]),
         followed(SPEED, "forward speed from trim (m/s)", 1.0, LEAST[1]),
     ];
     for (j, actuator) in subject.inputs.vehicle.actuators.iter().enumerate() {

@@ -51,7 +51,7 @@ impl Plan {
     #[inline]
     pub(crate) fn new(design: &ControllerDesign, lft: &Lft) -> Result<Self, DesignError> {
         let missing = || DesignError::Empty { key: "signals" };
-        let measured = |place: usize, signal: &Port| (!design.measures(place)).then_some(signal.start);
+        let measured = |index: usize, signal: &Port| (!design.measures(index)).then_some(signal.start);
         Ok(Self {
             signals: design.signals.clone(),
             speed: design.scheduled().ok_or_else(missing)?,
@@ -60,20 +60,20 @@ impl Plan {
                 .signals
                 .iter()
                 .enumerate()
-                .map(|(place, signal)| measured(place, signal))
+                .map(|(index, signal)| measured(index, signal))
                 .collect(),
-            followed: (0..design.references().count()).map(|place| design.follows(place)).collect(),
+            followed: (0..design.references().count()).map(|index| design.follows(index)).collect(),
             sample_time: design.sample_time,
             centre: design.scheduling.centre,
             half_range: design.scheduling.half_range,
             inputs: design
                 .controller_inputs
                 .iter()
-                .filter_map(|input| Some((design.place(&input.signal)?, input.kind, input.scale)))
+                .filter_map(|input| Some((design.index(&input.signal)?, input.kind, input.scale)))
                 .collect(),
             filter: design.reference_filter.map(|bandwidth| -(-bandwidth * design.sample_time).exp_m1()),
             speed_given: design.speed_given,
-            measured: (0..design.signals.len()).map(|place| design.measures(place)).collect(),
+            measured: (0..design.signals.len()).map(|index| design.measures(index)).collect(),
             actuators: design.actuators.clone(),
             trim: Trim::new(design.trim.clone(), &design.signals),
             envelope: Envelope::new(design),

@@ -26,18 +26,18 @@ const TABLE: [(&str, &str, Level); SIGNALS] = [
 ];
 
 pub fn ports() -> Vec<Port> {
-    let port = |(place, (name, unit, level)): (usize, (&str, &str, Level))| Port {
+    let port = |(index, (name, unit, level)): (usize, (&str, &str, Level))| Port {
         name: name.to_owned(),
         unit: unit.to_owned(),
         measured: format!("the {name}"),
-        reference: (place < TRACKED).then(|| Reference {
+        reference: (index < TRACKED).then(|| Reference {
             name: format!("{name}_reference"),
             wanted: format!("wanted {name}"),
             lag: 0.0,
         }),
         level,
         start: 0.0,
-        range: (place == PITCH).then_some([-FRAC_PI_2, FRAC_PI_2]),
+        range: (index == PITCH).then_some([-FRAC_PI_2, FRAC_PI_2]),
         circular: false,
         nominal: 1.0,
     };

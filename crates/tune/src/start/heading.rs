@@ -154,11 +154,11 @@ impl Yaw {
             speed,
             reason: reason.to_string(),
         })?;
-        let of = |(place, one): (usize, &squid_auv::Actuator)| {
+        let of = |(index, one): (usize, &squid_auv::Actuator)| {
             let yaws = yawing.actuators.iter().any(|other| other.name == one.name);
-            let now = found.straight.actuators[place];
+            let now = found.straight.actuators[index];
             let reach = (one.max - now).min(now - one.min).max(0.0);
-            (if yaws { (found.b[(YAW, place)] * reach).abs() } else { 0.0 }, one.lag)
+            (if yaws { (found.b[(YAW, index)] * reach).abs() } else { 0.0 }, one.lag)
         };
         let all: Vec<(f64, f64)> = vehicle.actuators.iter().enumerate().map(of).collect();
         let main = all.iter().max_by(|a, b| a.0.total_cmp(&b.0));

@@ -29,19 +29,19 @@ pub fn words(vehicle: &Vehicle, found: &Lateral) -> String {
     if names.is_empty() {
         return out + "\nNo actuator sways, rolls or yaws the vehicle: it has no heading to control.\n";
     }
-    let places: Vec<usize> = steering.iter().map(|(place, _)| *place).collect();
+    let indices: Vec<usize> = steering.iter().map(|(index, _)| *index).collect();
     out += "\nB, in x' per N or rad\n";
-    out += &table(&found.b.select_columns(&places), &Lateral::STATES, &names);
+    out += &table(&found.b.select_columns(&indices), &Lateral::STATES, &names);
     out += &format!("\nEigenvalues of A (1/s)\n{}", modes(&found.eigenvalues()));
     if !found.is_stable() {
         out += "  Straight flight is unstable: a steady turn may need the output that turns the other way at first.\n";
     }
     out += "\nRate of yaw r in a slow steady turn by one actuator alone\n";
-    for (place, one) in &steering {
+    for (index, one) in &steering {
         let (factor, unit) = readable(one.unit());
-        let gain = found.gain(*place).map(|gain| gain.to_degrees() / factor);
+        let gain = found.gain(*index).map(|gain| gain.to_degrees() / factor);
         let words = gain.map_or("none".to_owned(), |gain| format!("{} deg/s per {unit}", decimals(gain, 4)));
-        let first = if found.b[(2, *place)] < 0.0 { "port" } else { "starboard" };
+        let first = if found.b[(2, *index)] < 0.0 { "port" } else { "starboard" };
         out += &format!("  {:<18} {words}; a positive output turns to {first} at first\n", one.name);
     }
     out += "\nSteady turns to starboard at constant depth\n";
@@ -54,10 +54,10 @@ pub fn words(vehicle: &Vehicle, found: &Lateral) -> String {
     row("roll, deg", &|turn| decimals(turn.motion.phi.to_degrees(), 2));
     row("pitch, deg", &|turn| decimals(turn.motion.theta.to_degrees(), 2));
     let is_beyond = |one: &Actuator, output: f64| !(one.min..=one.max).contains(&output);
-    for (place, one) in vehicle.actuators.iter().enumerate() {
+    for (index, one) in vehicle.actuators.iter().enumerate() {
         let (factor, unit) = readable(one.unit());
         row(&format!("{}, {unit}", one.name), &|turn| {
-            let output = turn.actuators[place];
+            let output = turn.actuators[index];
             let mark = if is_beyond(one, output) { "*" } else { "" };
             format!("{mark}{}", decimals(factor * output, 2))
         });

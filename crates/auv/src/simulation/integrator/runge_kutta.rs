@@ -74,9 +74,9 @@ pub(crate) fn step<const N: usize>(
 ) -> Step<N> {
     let mut k = [*rate; 9];
     let mut at = *state;
-    let mut stage = |place: usize, moved: [f64; N]| {
+    let mut stage = |index: usize, moved: [f64; N]| {
         at = std::array::from_fn(|i| state[i] + h * moved[i]);
-        f(NODES[place] * h, &at)
+        f(NODES[index] * h, &at)
     };
     k[1] = stage(0, sum(&A1, &k));
     k[2] = stage(1, sum(&A2, &k));

@@ -127,9 +127,9 @@ impl Reader<'_> {
         let meaning = "[[thruster_group.thruster]], once for each thruster of the group";
         let members = self.table.requires("thruster", meaning).then(|| self.table.tables("thruster"))?;
         let mut sums = Some([[0.0; 3]; 2]);
-        for (place, table) in members.iter().enumerate() {
+        for (index, table) in members.iter().enumerate() {
             table.allow_only(&MEMBER);
-            let name = format!("{}.{}", self.name, place + 1);
+            let name = format!("{}.{}", self.name, index + 1);
             let reader = Reader { name, table, units: self.units };
             let share =
                 reader.required("share", &["1"], "thrust of this one for that of the command", sources);
@@ -222,8 +222,8 @@ impl Reader<'_> {
         ends: Option<[f64; 2]>,
         sources: &mut Sources,
     ) -> Option<Limits> {
-        let mut limit = |key: &str, place: usize, meaning: &str| match ends {
-            Some(ends) if !self.table.has(key) => Some(ends[place]),
+        let mut limit = |key: &str, index: usize, meaning: &str| match ends {
+            Some(ends) if !self.table.has(key) => Some(ends[index]),
             _ => self.required(key, output, meaning, sources),
         };
         let min = limit("min", 0, "the least output");

@@ -75,8 +75,8 @@ impl Scales<'_> {
 /// The powers of kg, m and s in a unit such as `kg.m2/s`, `kg/(m.rad)` or `N/m`; angles and `1` have none.
 fn powers(unit: &str) -> [i32; 3] {
     let mut powers = [0; 3];
-    for (place, part) in unit.split('/').enumerate() {
-        let sign = if place == 0 { 1 } else { -1 };
+    for (index, part) in unit.split('/').enumerate() {
+        let sign = if index == 0 { 1 } else { -1 };
         for factor in part.trim_matches(['(', ')']).split('.') {
             let name = factor.trim_end_matches(|c: char| c.is_ascii_digit());
             let power = sign * factor[name.len()..].parse().unwrap_or(1);

@@ -34,7 +34,7 @@ fn a_coefficient_acts_where_its_row_says() {
         let moves = |motion: &Motion, places: [usize; 3]| {
             let [before, after] =
                 [&vehicle, &other].map(|one| acceleration_at(7.0, one, motion, &[4.0, 0.05, -0.08]));
-            places.into_iter().any(|place| before[place] != after[place])
+            places.into_iter().any(|index| before[index] != after[index])
         };
         let found = (moves(&in_plane, [0, 2, 4]), moves(&all, [1, 3, 5]));
         let expected = match spec.subsystem {

@@ -101,6 +101,6 @@ impl Require {
         REQUIREMENTS
             .iter()
             .position(|requirement| requirement.key == key)
-            .and_then(|place| self.limits[place])
+            .and_then(|index| self.limits[index])
     }
 }

@@ -72,16 +72,16 @@ impl DesignFile {
             .map(|document| document.finish(design(document, interface(document), file, name)));
         let mut axes: Vec<Self> = FileError::collect(read)?;
         if axes.len() > 1 {
-            for (place, axis) in axes.iter_mut().enumerate() {
-                (axis.name, axis.axis) = (axis.steered().to_owned(), Some(place));
+            for (index, axis) in axes.iter_mut().enumerate() {
+                (axis.name, axis.axis) = (axis.steered().to_owned(), Some(index));
             }
         }
-        let is_known = |place: &usize| axes[..*place].iter().any(|other| other.name == axes[*place].name);
+        let is_known = |index: &usize| axes[..*index].iter().any(|other| other.name == axes[*index].name);
         match (0..axes.len()).find(is_known) {
-            Some(place) => {
+            Some(index) => {
                 let (found, allowed) =
-                    (format!("of {} again", axes[place].name), "of another tracked output");
-                Err(refused((text, file), place, &found, allowed))
+                    (format!("of {} again", axes[index].name), "of another tracked output");
+                Err(refused((text, file), index, &found, allowed))
             }
             None => Ok(axes),
         }
@@ -130,9 +130,9 @@ fn interface(document: &Document<'_>) -> &'static Interface {
 }
 
 /// A mistake at an axis of a file.
-fn refused((text, file): (&str, &str), place: usize, found: &str, allowed: &str) -> FileError {
+fn refused((text, file): (&str, &str), index: usize, found: &str, allowed: &str) -> FileError {
     let recorded = Document::parse(text, file).and_then(|document| {
-        if let Some(table) = document.root().tables(AXIS).get(place) {
+        if let Some(table) = document.root().tables(AXIS).get(index) {
             let (key, found, allowed) = (AXIS.to_owned(), found.to_owned(), allowed.to_owned());
             table.problem(FileProblem::NotAllowed { key, found, allowed });
         }
@@ -189,7 +189,7 @@ fn design(
         let only = format!("left out of an axis of {}: it is for {}", view.name, LONGITUDINAL.name);
         root.not_allowed("sea", "given", only);
     }
-    let turns = interface.place("heading").is_some();
+    let turns = interface.index("heading").is_some();
     if view.is_level_held && !turns && root.has("envelope") {
         root.not_allowed("envelope", "given", format!("left out of an axis of {}", view.name));
     }
@@ -197,9 +197,9 @@ fn design(
     let envelope = root.table("envelope").map_or_else(|| Some(Envelope::default()), read);
     let is_measured = |signal: &Signal| match (&tracked, &measured) {
         (Some(tracked), Some(measured)) => {
-            let is = |place: usize| interface.signals[place].name == signal.name;
-            let by_itself = measured.iter().any(|one| is(one.place));
-            let by_error = measured.is_empty() && tracked.iter().any(|one| is(one.place));
+            let is = |index: usize| interface.signals[index].name == signal.name;
+            let by_itself = measured.iter().any(|one| is(one.index));
+            let by_error = measured.is_empty() && tracked.iter().any(|one| is(one.index));
             signal.level == Level::Scheduled || by_itself || by_error
         }
         _ => true,
@@ -263,7 +263,7 @@ fn pitch(table: &Table<'_>) -> Option<Pitch> {
     table.allow_only(&["pitch"]);
     if !table.holds_table("pitch") {
         let words = [LEVEL, FREE];
-        return table.one_of("pitch", &words).map(|place| [Pitch::Held(0.0), Pitch::Free][place].clone());
+        return table.one_of("pitch", &words).map(|index| [Pitch::Held(0.0), Pitch::Free][index].clone());
     }
     let held = table.table("pitch")?;
     held.allow_only(&["angle", "unit"]);

@@ -38,7 +38,7 @@ fn track(
     let mut keys = vec!["output", "scale", "unit", "follow", "corner", "peak", "steady_error", "bandwidth"];
     keys.extend(separate.then_some(["frequency", "damping"]).into_iter().flatten());
     table.allow_only(&keys);
-    let (place, signal, unit) = signal(table, "output", interface, taken)?;
+    let (index, signal, unit) = signal(table, "output", interface, taken)?;
     let scale = within(table, "scale", SCALE).filter(|scale| is_possible_error(table, signal, unit * scale));
     let peak = within(table, "peak", PEAK);
     let steady_error = table.number("steady_error", |v| v > 0.0 && v < 1.0, "above 0 and below 1");
@@ -46,7 +46,7 @@ fn track(
     let references = references(table);
     let model = if separate { reference_model(table, signal) } else { Some(None) };
     Some(Tracked {
-        place,
+        index,
         signal,
         scale: unit * scale?,
         references: references?,
@@ -119,10 +119,10 @@ pub(super) fn measured(root: &Table<'_>, interface: &'static Interface) -> Optio
 
 fn measure(table: &Table<'_>, interface: &'static Interface, taken: &mut Vec<usize>) -> Option<Measured> {
     table.allow_only(&["signal", "scale", "unit", "noise", "rise", "corner"]);
-    let (place, signal, unit) = signal(table, "signal", interface, taken)?;
+    let (index, signal, unit) = signal(table, "signal", interface, taken)?;
     let scale = within(table, "scale", SCALE);
     let noise = scale.and_then(|scale| rising(table, "noise", NOISE, 1.0 / scale));
-    Some(Measured { place, signal, scale: unit * scale?, noise: noise? })
+    Some(Measured { index, signal, scale: unit * scale?, noise: noise? })
 }
 
 /// The index of a signal in the interface, its row, and its unit in SI; each may be named once. Allowed are those that
@@ -150,13 +150,13 @@ fn signal(
         allowed.extend(others);
     }
     let name = allowed[table.one_of(key, &allowed)?];
-    let place = interface.place(name)?;
-    if taken.contains(&place) {
+    let index = interface.index(name)?;
+    if taken.contains(&index) {
         table.not_allowed(key, format!("\"{name}\" a second time"), "named once");
         return None;
     }
-    taken.push(place);
-    let signal = &interface.signals[place];
+    taken.push(index);
+    let signal = &interface.signals[index];
     let names: Vec<&str> = signal.units.iter().map(|unit| unit.name).collect();
-    Some((place, signal, table.one_of("unit", &names).map(|unit| signal.units[unit].factor)?))
+    Some((index, signal, table.one_of("unit", &names).map(|unit| signal.units[unit].factor)?))
 }

@@ -25,5 +25,5 @@ pub(super) fn rising(table: &Table<'_>, key: &str, range: Range, unit: f64) -> O
 
 /// The factor to SI from the unit in the table.
 pub(super) fn angle(table: &Table<'_>) -> Option<f64> {
-    table.one_of("unit", &["deg", "rad"]).map(|place| [1f64.to_radians(), 1.0][place])
+    table.one_of("unit", &["deg", "rad"]).map(|index| [1f64.to_radians(), 1.0][index])
 }

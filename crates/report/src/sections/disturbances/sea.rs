@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::page::{Axis, Chart, Curve, Figure, Part, Table, capital};
 use crate::subject::Subject;
 use crate::threads::in_parallel;
-use squid_auv::longitudinal::{SPEED, place};
+use squid_auv::longitudinal::{SPEED, index};
 use squid_design::numbers::decimals;
 use squid_flight::flight::{Flight, Row, fly_at_sea};
 use squid_flight::sea::Sea;
@@ -117,13 +117,13 @@ pub(super) fn quantities(subject: &Subject) -> Vec<(String, MeanSquare)> {
             mean(rows, |row| (of(row) - middle).powi(2))
         })
     }
-    let error = |place: usize, factor: f64| -> MeanSquare {
-        Box::new(move |rows| mean(rows, |row| (factor * row.error(place)).powi(2)))
+    let error = |index: usize, factor: f64| -> MeanSquare {
+        Box::new(move |rows| mean(rows, |row| (factor * row.error(index)).powi(2)))
     };
-    let heave = place("heave").unwrap_or_default();
+    let heave = index("heave").unwrap_or_default();
     let step = subject.step();
     let mut all = vec![
-        (format!("{} error ({})", step.name, step.unit), error(step.place, step.factor)),
+        (format!("{} error ({})", step.name, step.unit), error(step.index, step.factor)),
         ("speed error (m/s)".to_owned(), error(SPEED, 1.0)),
         ("heave (m/s)".to_owned(), about_mean(move |row| row.measured(heave))),
     ];

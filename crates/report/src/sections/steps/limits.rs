@@ -167,9 +167,9 @@ fn limited(subject: &Subject, rows: &[Row]) -> f64 {
 /// The figures of a flight in the table.
 fn cells(subject: &Subject, flight: &Flight, height: f64) -> [String; 4] {
     let (step, rows) = (subject.step(), &flight.rows);
-    let from = rows.first().map_or(0.0, |row| row.measured(step.place));
-    let most = rows.iter().map(|row| (row.measured(step.place) - from).abs()).fold(0.0, f64::max);
-    let back = StepFigures::of(rows, step.place, (TIMES[0], -height), &subject.inputs.limits());
+    let from = rows.first().map_or(0.0, |row| row.measured(step.index));
+    let most = rows.iter().map(|row| (row.measured(step.index) - from).abs()).fold(0.0, f64::max);
+    let back = StepFigures::of(rows, step.index, (TIMES[0], -height), &subject.inputs.limits());
     let overshoot = if back.overshoot.is_finite() { tidy(100.0 * back.overshoot, 1) } else { "-".into() };
     [tidy(step.factor * most, 2), known(limited(subject, rows), 2), known(back.settling_time, 2), overshoot]
 }
