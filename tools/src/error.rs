@@ -1,25 +1,32 @@
 //! Errors that end the command.
 
+use serde_json::{Value, json};
 use squid_design::error::{CertifyError, Error as DesignError, InputError, ModelError, StoreError};
 use squid_problem::error::Error as ProblemError;
 use squid_proof::error::ProofError;
+use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 
 /// An error that ends the command with one message.
-#[derive(Debug, ThisError)]
+#[derive(Debug, ThisError, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// The design failed, or a file of it is wrong.
     #[error(transparent)]
+    #[strum(transparent)]
     Design(#[from] squid_design::error::Error),
     /// A flight failed.
     #[error(transparent)]
+    #[strum(transparent)]
     Flight(#[from] squid_flight::error::Error),
     /// The report failed.
     #[error(transparent)]
+    #[strum(transparent)]
     Report(#[from] squid_report::error::Error),
     /// An FMU cannot be packed, or is wrong.
     #[error(transparent)]
+    #[strum(transparent)]
     Package(#[from] squid_package::error::Error),
     /// A number on the command line is outside what is allowed.
     #[error("{name} is {found}; it must be {allowed}")]
@@ -35,6 +42,7 @@ pub enum Error {
     Missing { programs: String },
     /// A problem of any plant has no answer.
     #[error(transparent)]
+    #[strum(transparent)]
     Problem(#[from] ProblemError),
     /// The bound of a finished design is not proved.
     #[error(
@@ -53,9 +61,11 @@ pub enum Error {
     Missed { missed: Vec<String> },
     /// A campaign ended.
     #[error(transparent)]
+    #[strum(transparent)]
     Campaign(#[from] squid_campaign::error::Error),
     /// No key could be turned.
     #[error(transparent)]
+    #[strum(transparent)]
     Tune(#[from] squid_tune::error::Error),
 }
 
@@ -71,6 +81,18 @@ impl Error {
             }
             _ => "error",
         }
+    }
+
+    /// The answer for programs: `status`, the key of the error, `reason` in a sentence, and each mistake in a file with
+    /// its line, its key and what is allowed.
+    pub fn answer(&self) -> Value {
+        let key: &'static str = self.into();
+        let mut answer = json!({ "status": self.status(), "key": key, "reason": self.to_string() });
+        if let Self::Design(DesignError::Input(InputError::File(wrong))) = self {
+            answer["file"] = json!(wrong.file);
+            answer["mistakes"] = json!(wrong.mistakes);
+        }
+        answer
     }
 
     /// Whether the command line is wrong, rather than a file.

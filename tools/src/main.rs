@@ -40,7 +40,7 @@ fn main() -> ExitCode {
         Err(usage) if usage.use_stderr() => {
             if std::env::args_os().any(|word| word == "--json") {
                 answer_in_json();
-                let _ = answer(&json!({ "status": "error", "reason": usage.to_string() }));
+                let _ = answer(&json!({ "status": "error", "key": "usage", "reason": usage.to_string() }));
             }
             let _ = usage.print();
             return WRONG_USAGE.into();
@@ -53,7 +53,7 @@ fn main() -> ExitCode {
     match outcome.and_then(|code| all_said().map(|()| code).map_err(Error::from)) {
         Ok(code) => code,
         Err(error) => {
-            let _ = answer(&json!({ "status": error.status(), "reason": error.to_string() }));
+            let _ = answer(&error.answer());
             // Not `eprintln`, which panics where nothing can be written.
             let _ = writeln!(io::stderr(), "{}", set(&format!("squid: {error}"), 0));
             match error {

@@ -4,11 +4,13 @@ use serde::Serialize;
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
+use strum::IntoStaticStr;
 use tempfile::TempPath;
 use thiserror::Error as ThisError;
 
 /// What stops a file from being read or written.
-#[derive(Debug, ThisError)]
+#[derive(Debug, ThisError, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// A file cannot be read.

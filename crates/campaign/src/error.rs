@@ -2,20 +2,25 @@
 
 #[cfg(feature = "parquet")]
 use parquet::errors::ParquetError;
+use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 
 /// Why a campaign failed.
-#[derive(Debug, ThisError)]
+#[derive(Debug, ThisError, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// A file of the design or of the results is invalid.
     #[error(transparent)]
+    #[strum(transparent)]
     Design(#[from] squid_design::error::Error),
     /// A file cannot be read or written.
     #[error(transparent)]
+    #[strum(transparent)]
     File(#[from] squid_base::files::Error),
     /// The sea is not possible for the vehicle.
     #[error(transparent)]
+    #[strum(transparent)]
     Flight(#[from] squid_flight::error::Error),
     /// Results that cannot be read.
     #[error("{path} is not a file of results: {reason}")]

@@ -16,21 +16,26 @@ pub use refusal::Refusal;
 use squid_base::files;
 use squid_proof::error::ProofError;
 pub use store::StoreError;
+use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 pub use uncertain::{ConstantError, RobustError, UncertainError};
 
 /// The error of a design.
-#[derive(Debug, ThisError)]
+#[derive(Debug, ThisError, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// A vehicle file or a design file is wrong.
     #[error(transparent)]
+    #[strum(transparent)]
     Input(#[from] InputError),
     /// The model of the vehicle or the generalised plant could not be computed.
     #[error(transparent)]
+    #[strum(transparent)]
     Model(#[from] ModelError),
     /// There is no uncertain model.
     #[error(transparent)]
+    #[strum(transparent)]
     Uncertain(#[from] UncertainError),
     /// No controller was found.
     #[error(transparent)]
@@ -40,9 +45,11 @@ pub enum Error {
     NoController { reason: squid_lpv::error::SynthesisError, remarks: Vec<String> },
     /// There is no robust controller.
     #[error(transparent)]
+    #[strum(transparent)]
     Robust(#[from] RobustError),
     /// No gain was proved for constant coefficients.
     #[error(transparent)]
+    #[strum(transparent)]
     Constant(#[from] ConstantError),
     /// The gammas under other assumptions about the speed could not be computed.
     #[error(transparent)]
@@ -59,18 +66,23 @@ pub enum Error {
     Refused(#[from] Refusal),
     /// A certificate does not prove its claim.
     #[error(transparent)]
+    #[strum(transparent)]
     Proof(#[from] ProofError),
     /// The vehicle could not be certified.
     #[error(transparent)]
+    #[strum(transparent)]
     Certify(#[from] CertifyError),
     /// A simulated flight of the verdict cannot start.
     #[error(transparent)]
+    #[strum(transparent)]
     Flight(#[from] squid_flight::error::Error),
     /// The files of a design do not fit the inputs.
     #[error(transparent)]
+    #[strum(transparent)]
     Store(#[from] StoreError),
     /// A file cannot be read or written.
     #[error(transparent)]
+    #[strum(transparent)]
     File(#[from] files::Error),
 }
 

@@ -1,9 +1,11 @@
 //! Errors of a flight simulation.
 
+use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 
 /// Why a flight could not be simulated.
-#[derive(Debug, ThisError)]
+#[derive(Debug, ThisError, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// The frozen controller is invalid.

@@ -4,14 +4,17 @@
 
 use squid_design::error::{InputError, ModelError, StoreError};
 use squid_proof::error::ProofError;
+use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 use zip::result::ZipError;
 
 /// Why a design could not be packed, or an FMU not be verified.
-#[derive(Debug, ThisError)]
+#[derive(Debug, ThisError, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Error {
     /// The design is wrong.
     #[error(transparent)]
+    #[strum(transparent)]
     Design(#[from] squid_design::error::Error),
     /// A platform that is not known.
     #[error("the platform is {found}; it must be {allowed}")]
@@ -80,7 +83,8 @@ pub enum Error {
 }
 
 /// What is wrong with the archive of an FMU.
-#[derive(Debug, ThisError)]
+#[derive(Debug, ThisError, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum ArchiveError {
     /// It is no zip, or damaged.
     #[error(transparent)]

@@ -2,17 +2,21 @@
 
 use squid_base::files;
 use squid_proof::error::ProofError;
+use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 
 /// Why a problem could not be solved.
-#[derive(Debug, ThisError)]
+#[derive(Debug, ThisError, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// A file cannot be read or written.
     #[error(transparent)]
+    #[strum(transparent)]
     File(#[from] files::Error),
     /// A certificate fails its proof.
     #[error(transparent)]
+    #[strum(transparent)]
     Proof(#[from] ProofError),
     /// The text is invalid.
     #[error("{file}: {reason}")]

@@ -1,9 +1,11 @@
 //! Reasons why a certificate does not prove a claim about a loop.
 
+use strum::IntoStaticStr;
 use thiserror::Error;
 
 /// Why a certificate does not prove a claim about a loop.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ProofError {
     /// A certificate does not prove its claim.

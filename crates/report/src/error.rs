@@ -2,17 +2,21 @@
 
 use squid_design::error::{CertifyError, ModelError, StoreError};
 use squid_proof::error::ProofError;
+use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 
 /// Why a report, or a section of it, could not be made.
-#[derive(Debug, ThisError)]
+#[derive(Debug, ThisError, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// The design of the report is invalid.
     #[error(transparent)]
+    #[strum(transparent)]
     Design(#[from] squid_design::error::Error),
     /// A flight could not be simulated.
     #[error(transparent)]
+    #[strum(transparent)]
     Flight(#[from] squid_flight::error::Error),
     /// A plot could not be drawn.
     #[error("{path}: the plot cannot be drawn: {reason}")]

@@ -1,13 +1,16 @@
 //! Errors of tuning.
 
+use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 
 /// Why a design could not be tuned.
-#[derive(Debug, ThisError)]
+#[derive(Debug, ThisError, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// A design or one of its files is invalid.
     #[error(transparent)]
+    #[strum(transparent)]
     Design(#[from] squid_design::error::Error),
     /// A key to be written is not in its expected table.
     #[error(

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use serde::{Serialize, Serializer};
 use thiserror::Error;
 
 use crate::motion::parameter::UnknownParameter;
@@ -9,7 +10,7 @@ use crate::vehicle::coefficients::CoefficientError;
 use crate::words::rounded;
 
 /// The mistakes in a file, in the order of the file, each on a line `FILE:LINE: the value and what is allowed`.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub struct FileError {
     /// The file, as it was named.
     pub file: String,
@@ -18,11 +19,12 @@ pub struct FileError {
 }
 
 /// A mistake in a file, and where it is.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub struct Mistake {
     /// The line, counted from 1.
     pub line: usize,
     /// What is wrong.
+    #[serde(flatten)]
     pub problem: FileProblem,
 }
 
@@ -73,7 +75,8 @@ impl fmt::Display for FileError {
 impl std::error::Error for FileError {}
 
 /// What is wrong with a file.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Serialize)]
+#[serde(tag = "problem", rename_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum FileProblem {
     /// The text is not TOML.
@@ -128,7 +131,10 @@ pub enum FileProblem {
     MassMatrixNotPositiveDefinite { numbers: &'static str, least_eigenvalue: f64 },
     /// The coefficients, taken together, are not allowed.
     #[error("{source}")]
-    Coefficient { source: CoefficientError },
+    Coefficient {
+        #[serde(serialize_with = "as_text")]
+        source: CoefficientError,
+    },
     /// Two actuators with one name.
     #[error("the actuator name \"{name}\" is already taken at line {first_line}; names must differ")]
     DuplicateActuator { name: String, first_line: usize },
@@ -156,9 +162,17 @@ pub enum FileProblem {
     NoActuator,
     /// A coefficient that the vehicle does not have.
     #[error("[{section}]: {source}")]
-    UnknownCoefficient { section: &'static str, source: UnknownParameter },
+    UnknownCoefficient {
+        section: &'static str,
+        #[serde(serialize_with = "as_text")]
+        source: UnknownParameter,
+    },
 }
 
 fn suggest(suggestion: &Option<String>) -> String {
     suggestion.as_ref().map(|s| format!(" (did you mean '{s}'?)")).unwrap_or_default()
+}
+
+fn as_text<S: Serializer>(source: &impl fmt::Display, to: S) -> Result<S::Ok, S::Error> {
+    to.collect_str(source)
 }

@@ -1,9 +1,11 @@
 //! Why a vehicle and its design are not certified.
 
+use strum::IntoStaticStr;
 use thiserror::Error;
 
 /// Why a vehicle and its design are not certified, for reasons other than the proof itself.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum CertifyError {
     /// A certificate claims less than the design does.

@@ -1,9 +1,11 @@
 //! What is wrong with the input files of a design.
 
+use strum::IntoStaticStr;
 use thiserror::Error;
 
 /// What is wrong with the input files of a design.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum InputError {
     /// The vehicle's directory does not exist.
@@ -19,6 +21,7 @@ pub enum InputError {
     File(#[from] squid_auv::FileError),
     /// One of them cannot be read.
     #[error(transparent)]
+    #[strum(transparent)]
     Unreadable(#[from] squid_base::files::Error),
     /// A bandwidth on the command line is out of range.
     #[error("--bandwidth is {}; it must be {}", squid_auv::number(*found), crate::inputs::design_file::BANDWIDTH.words)]

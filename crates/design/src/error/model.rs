@@ -1,9 +1,11 @@
 //! Why there is no model of the vehicle or no generalised plant.
 
+use strum::IntoStaticStr;
 use thiserror::Error;
 
 /// Why there is no model of the vehicle or no generalised plant.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ModelError {
     /// The vehicle has no trim somewhere in the range.

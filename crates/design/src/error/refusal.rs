@@ -1,9 +1,11 @@
 //! Why a controller is refused.
 
+use strum::IntoStaticStr;
 use thiserror::Error;
 
 /// Why a controller is refused.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq, Error, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Refusal {
     /// The loop with the fitted model is not stable.

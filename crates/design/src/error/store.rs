@@ -1,9 +1,11 @@
 //! Why the files of a design cannot be used.
 
+use strum::IntoStaticStr;
 use thiserror::Error;
 
 /// Why the files of a design cannot be used.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StoreError {
     /// There is no frozen design yet.

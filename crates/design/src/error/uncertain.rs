@@ -1,9 +1,11 @@
 //! Why there is no uncertain model or no robust controller.
 
+use strum::IntoStaticStr;
 use thiserror::Error;
 
 /// Why there is no uncertain model.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq, Error, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum UncertainError {
     /// The design has no section `[uncertainty]`, or an empty one.
@@ -58,7 +60,8 @@ pub enum UncertainError {
 }
 
 /// Why there is no robust controller.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq, Error, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum RobustError {
     /// The nominal controller has no bound at any size of the uncertainty.
@@ -70,7 +73,8 @@ pub enum RobustError {
 }
 
 /// Why no gain was proved for constant coefficients.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ConstantError {
     /// The search found no multipliers.
