@@ -93,11 +93,16 @@ def parser() -> argparse.ArgumentParser:
         help="other platforms (Wine, QEMU), their wheels, Valgrind, importers that are compiled first, the report in "
         "Chromium, long searches and fuzzing, too; .ci/run --all installs what they need",
     )
-    verbs.add_parser(
+    fix = verbs.add_parser(
         "fix",
         help="for contributors: format Rust, Python and Markdown as the tests ask",
         description="Format in place what the tests check: cargo fmt, ruff format and ruff check --fix, and prose in "
         "Markdown of more than 120 columns. It does not regenerate the generated files: `run.py freeze` does.",
+    )
+    fix.add_argument(
+        "--snapshots",
+        action="store_true",
+        help="instead, write the messages that tests hold as snapshots again; review them in the diff",
     )
     verbs.add_parser(
         "freeze",
@@ -125,7 +130,7 @@ def main() -> int:
         if arguments.verb == "wheels":
             return wheel.build_all(arguments.platforms)
         if arguments.verb == "fix":
-            return fix.fix()
+            return fix.snapshots() if arguments.snapshots else fix.fix()
         if arguments.verb == "freeze":
             return freeze.freeze()
         return all_tests.run_tests(arguments.all)

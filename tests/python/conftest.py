@@ -110,6 +110,14 @@ def run_squid(squid_command: Path) -> Run:
     return run
 
 
+def messages(done: subprocess.CompletedProcess, **folders: Path) -> str:
+    """Return what the command wrote to standard error, for a snapshot, with each folder by its name."""
+    text = done.stderr
+    for name, folder in {**folders, "ROOT": ROOT}.items():
+        text = text.replace(str(folder), name)
+    return text
+
+
 def design(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> None:
     """Design a vehicle into a folder; what is printed is in `design.txt`."""
     written(run_squid, folder, "design", vehicle, "--no-advise", *options)

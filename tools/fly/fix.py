@@ -18,6 +18,8 @@ ITEM = re.compile(r"(?P<indent>[ >]*)(?P<mark>(?:[-*+]|\d+[.)]) +)?(?P<text>\S.*
 """A line of prose: indentation or quotation, the mark of a list item, and the words."""
 STRUCTURE = re.compile(r"[ >]*(\||#|<|\$\$|!\[|\[[^]]+\]:|:?-{3,}|={3,}|$)")
 """What is no prose: tables, headings, HTML, formulas, pictures, link targets, rules, empty lines."""
+SNAPSHOT = "SnapshotAssertion"
+"""What a test that holds messages names."""
 FENCE = re.compile(r"[ >]*(```|~~~)")
 MARK = re.compile(r" (?=(?:[-*+]|\d+[.)]|#+|>|\||=+)(?: |$))")
 """The space before what would become a list item, a heading or a quotation at the start of a line."""
@@ -36,7 +38,22 @@ def fix() -> int:
         for name in answer(["git", "ls-files", "*.md"]).splitlines():
             if wrap_file(ROOT / name):
                 print(f"    {name}")
-    print("\nAfter a change of a vehicle, a result or a dependency: `python3 run.py freeze`.")
+    print("\nAfter a change of a message: `python3 run.py fix --snapshots`.")
+    print("After a change of a vehicle, a result or a dependency: `python3 run.py freeze`.")
+    return 0
+
+
+def snapshots() -> int:
+    """Write the messages that tests hold again, to be reviewed in the diff; return the exit code."""
+    holders = [path for path in ROOT.glob("crates/*/Cargo.toml") if "insta" in path.read_text("utf-8")]
+    packages = [f"--package=squid-{path.parent.name}" for path in sorted(holders)]
+    with stage("Rust: the tests of the crates with snapshots"):
+        run(["cargo", "test", "--release", *packages, "--tests"], variables={"INSTA_UPDATE": "always", "CI": ""})
+    with stage("Python: pytest --snapshot-update"):
+        tests = (ROOT / "tests" / "python").rglob("test_*.py")
+        holding = [path for path in sorted(tests) if SNAPSHOT in path.read_text("utf-8")]
+        python = environment.for_tests()
+        python.run("-m", "pytest", "-c", ROOT / "tests" / "pytest.ini", "--snapshot-update", *holding)
     return 0
 
 

@@ -169,6 +169,26 @@ pub enum FileProblem {
     },
 }
 
+impl FileProblem {
+    /// Returns the key that it is about, if it is about one.
+    pub fn key(&self) -> Option<&str> {
+        match self {
+            Self::Twice { key }
+            | Self::InAndOutside { key, .. }
+            | Self::UnknownKey { key, .. }
+            | Self::MissingKey { key, .. }
+            | Self::NotAllowed { key, .. }
+            | Self::EmptyText { key }
+            | Self::Character { key, .. }
+            | Self::WrongUnit { key, .. }
+            | Self::LimitsReversed { key, .. }
+            | Self::TooLong { key, .. } => Some(key),
+            Self::Inertia { key, .. } => Some(key),
+            _ => None,
+        }
+    }
+}
+
 fn suggest(suggestion: &Option<String>) -> String {
     suggestion.as_ref().map(|s| format!(" (did you mean '{s}'?)")).unwrap_or_default()
 }

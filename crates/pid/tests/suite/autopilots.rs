@@ -3,6 +3,7 @@
 use crate::structure::{SPEED, close, response};
 use nalgebra::Complex;
 use proptest::prelude::*;
+use squid_auv::toml_file::{FileError, Mistake};
 use squid_pid::autopilots::{Autopilot, Import, Missing, export, import};
 use squid_pid::{Angle, Drive};
 
@@ -345,89 +346,62 @@ proptest! {
     }
 }
 
-/// What is ambiguous, missing or no number: file, line, key.
+/// Returns the line and the key of the only mistake in a file.
+fn mistake(error: &FileError) -> (usize, String) {
+    assert_eq!(error.mistakes.len(), 1, "{error}");
+    let Mistake { line, problem } = &error.mistakes[0];
+    (*line, problem.key().unwrap_or_default().to_owned())
+}
+
+/// Values that are ambiguous, missing or no number.
 #[test]
-fn what_a_file_cannot_mean_is_refused() {
+fn refuses_files_that_cannot_be_read_in_one_way() {
     use Autopilot::{ArduSub, Dune, Mss, Mvp};
+    const GAINS: &str = "[Control.AUV.Attitude] Pitch PID Gains";
+    const EFFECT: &str = "[Control.AUV.Allocator] Fin effect M";
     let cases = [
-        (
-            Dune,
-            "1.5, 0.0, 1.1 ;",
-            "1.5, 0.0 ;",
-            "theirs:7: '[Control.AUV.Attitude] Pitch PID Gains' is \"1.5, 0.0\"; it must be 3",
-        ),
-        (Dune, "1.5, 0.0, 1.1 ;", "nan, 0.0, 1.1 ;", "is nan; it must be a number, 0 or above"),
-        (Dune, "1.5, 0.0, 1.1 ;", "-1.5, 0.0, 1.1 ;", "is -1.5; it must be a number, 0 or above"),
-        (Dune, "1.5, 0.0, 1.1 ;", "0.0, 0.0, 1.1 ;", "is 0 as its number 1; it must be above 0"),
-        (Dune, "1.5, 0.0, 1.1 ;", "$(General, Gains), 0, 1 ;", "theirs:7:"),
-        (
-            Dune,
-            "; Pitch PID Gains",
-            "Pitch PID Gains",
-            "theirs:8: '[Control.AUV.Attitude] Pitch PID Gains' is 9, 9, 9, and 1.5, 0.0, 1.1 on line 7",
-        ),
-        (Dune, "; Pitch PID Gains", "Pitch PID Gains+", "changed by 'Pitch PID Gains+'"),
-        (Dune, "= false", "= true", "theirs:9: '[Control.AUV.Attitude] Error Attitude Compensation' is true"),
-        (Dune, "= Always", "= Never", "theirs:5:"),
+        (Dune, "1.5, 0.0, 1.1 ;", "1.5, 0.0 ;", 7, GAINS),
+        (Dune, "1.5, 0.0, 1.1 ;", "nan, 0.0, 1.1 ;", 7, GAINS),
+        (Dune, "1.5, 0.0, 1.1 ;", "-1.5, 0.0, 1.1 ;", 7, GAINS),
+        (Dune, "1.5, 0.0, 1.1 ;", "0.0, 0.0, 1.1 ;", 7, GAINS),
+        (Dune, "1.5, 0.0, 1.1 ;", "$(General, Gains), 0, 1 ;", 7, GAINS),
+        (Dune, "; Pitch PID Gains", "Pitch PID Gains", 8, GAINS),
+        (Dune, "; Pitch PID Gains", "Pitch PID Gains+", 8, GAINS),
+        (Dune, "= false", "= true", 9, "[Control.AUV.Attitude] Error Attitude Compensation"),
+        (Dune, "= Always", "= Never", 5, "[Control.AUV.Attitude] Enabled"),
         (
             Dune,
             "\r\nFin effect M",
             "\r\nFin effect Velocity dependent = true\r\nFin effect M",
-            "depends on the speed",
+            12,
+            "[Control.AUV.Allocator] Fin effect Velocity dependent",
         ),
-        (
-            Dune,
-            "[Control.AUV.Attitude]",
-            "[Control.AUV.Other]",
-            "theirs:1: missing key '[Control.AUV.Attitude] Pitch PID Gains'",
-        ),
-        (
-            Dune,
-            "\r\nFin effect M",
-            "\r\n[Require auv/basic.ini]\r\nFin ",
-            "not in this file, which includes others",
-        ),
-        (ArduSub, "FF,0", "FF,0.1", "theirs:6: 'ATC_RAT_PIT_FF' is 0.1; it must be 0"),
-        (ArduSub, "IMAX,0.444", "IMAX,0", "theirs:8: 'ATC_RAT_PIT_IMAX' is 0"),
-        (ArduSub, "ATC_ANG_PIT_P", "ATC_ANG_RLL_P", "theirs:1: missing key 'ATC_ANG_PIT_P'"),
-        (ArduSub, "RLL_P,0.2", "PIT_P,0.2", "theirs:7: 'ATC_RAT_PIT_P' is 0.2, and 0.135 on line 3"),
-        (ArduSub, "0.135", "inf", "theirs:3: 'ATC_RAT_PIT_P' is inf"),
-        (
-            Mvp,
-            "{p: 5.0, ",
-            "{p: five, ",
-            "theirs:4: 'control_modes.flight.pitch.p' is \"five\"; it must be a number",
-        ),
-        (
-            Mvp,
-            "i_max: 10, i_min: -10}\n    #",
-            "i_max: 10}\n    #",
-            "theirs:4: 'control_modes.flight.pitch.i' is 1 with i_max 10 and i_min 0",
-        ),
-        (
-            Mvp,
-            "flight:",
-            "surface:",
-            "without pitch in the mode 'flight'; it must be --mode of surface, hold",
-        ),
-        (Mvp, "control_modes:", "modes:", "missing key 'control_modes.MODE.pitch'"),
-        (Mvp, "{p: 5.0, ", "{p: 5.0: ", "no YAML"),
-        (
-            Mss,
-            "= 5.33",
-            "= Mauv(5,5) * w_theta^2",
-            "theirs:5: 'Kp_theta' is \"Mauv(5,5) * w_theta^2\"; it must be a number: squid computes nothing here; \
-             write the number that it has",
-        ),
-        (Mss, "Kp_z = 0.1", "Kp_theta = 0.1", "theirs:5: 'Kp_theta' is 5.33, and 0.1 on line 4"),
-        (Mss, "Kp_theta = 5.33", "Kp = 5.33", "theirs:1: missing key 'Kp_theta'"),
+        (Dune, "[Control.AUV.Attitude]", "[Control.AUV.Other]", 1, GAINS),
+        (Dune, "\r\nFin effect M", "\r\n[Require auv/basic.ini]\r\nFin ", 1, EFFECT),
+        (ArduSub, "FF,0", "FF,0.1", 6, "ATC_RAT_PIT_FF"),
+        (ArduSub, "IMAX,0.444", "IMAX,0", 8, "ATC_RAT_PIT_IMAX"),
+        (ArduSub, "ATC_ANG_PIT_P", "ATC_ANG_RLL_P", 1, "ATC_ANG_PIT_P"),
+        (ArduSub, "RLL_P,0.2", "PIT_P,0.2", 7, "ATC_RAT_PIT_P"),
+        (ArduSub, "0.135", "inf", 3, "ATC_RAT_PIT_P"),
+        (Mvp, "{p: 5.0, ", "{p: five, ", 4, "control_modes.flight.pitch.p"),
+        (Mvp, "i_max: 10, i_min: -10}\n    #", "i_max: 10}\n    #", 4, "control_modes.flight.pitch.i"),
+        (Mvp, "flight:", "surface:", 1, "control_modes"),
+        (Mvp, "control_modes:", "modes:", 1, "control_modes.MODE.pitch"),
+        (Mvp, "{p: 5.0, ", "{p: 5.0: ", 4, "control_modes"),
+        (Mss, "= 5.33", "= Mauv(5,5) * w_theta^2", 5, "Kp_theta"),
+        (Mss, "Kp_z = 0.1", "Kp_theta = 0.1", 5, "Kp_theta"),
+        (Mss, "Kp_theta = 5.33", "Kp = 5.33", 1, "Kp_theta"),
     ];
-    for (autopilot, from, to, words) in cases {
+    let mut messages = vec![];
+    for (autopilot, from, to, line, key) in cases {
         let text = ALL.iter().find(|(one, _)| *one == autopilot).unwrap().1;
         assert!(text.contains(from), "{from}");
-        let found = read(autopilot, &text.replacen(from, to, 1)).unwrap_err();
-        assert!(found.contains(words), "{found}\n instead of {words}");
+        let changed = text.replacen(from, to, 1);
+        let error = import(autopilot, Angle::Pitch, &changed, "theirs", &missing(autopilot)).unwrap_err();
+        assert_eq!(mistake(&error), (line, key.to_owned()), "{error}");
+        messages.push(format!("{autopilot:?}, {from:?} -> {to:?}:\n{error}"));
     }
+    insta::assert_snapshot!(messages.join("\n\n"));
 }
 
 #[test]
