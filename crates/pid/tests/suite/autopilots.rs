@@ -1,9 +1,10 @@
 //! Gains in files of autopilots: read, converted, refused, and written back.
 
 use crate::structure::{SPEED, close, response};
+use crate::vehicles::mistake;
 use nalgebra::Complex;
 use proptest::prelude::*;
-use squid_auv::toml_file::{FileError, Mistake};
+use squid_auv::toml_file::FileError;
 use squid_pid::autopilots::{Autopilot, Import, Missing, export, import};
 use squid_pid::{Angle, Drive};
 
@@ -53,8 +54,13 @@ fn missing(autopilot: Autopilot) -> Missing {
 const ALL: [(Autopilot, &str); 4] =
     [(Autopilot::Dune, DUNE), (Autopilot::ArduSub, ARDUSUB), (Autopilot::Mvp, MVP), (Autopilot::Mss, MSS)];
 
-fn read(autopilot: Autopilot, text: &str) -> Result<Import, String> {
-    import(autopilot, Angle::Pitch, text, "theirs", &missing(autopilot)).map_err(|error| error.to_string())
+fn read(autopilot: Autopilot, text: &str) -> Result<Import, FileError> {
+    import(autopilot, Angle::Pitch, text, "theirs", &missing(autopilot))
+}
+
+/// Returns the keys of a file that have no counterpart, with their lines.
+fn left_out(found: &Import) -> Vec<(usize, &str)> {
+    found.left_out.iter().map(|one| (one.line, one.key.as_str())).collect()
 }
 
 /// The gains as `pitch.kp`, value, unit.
@@ -65,10 +71,9 @@ fn gains(found: &Import) -> Vec<(String, f64, &'static str)> {
     found.gains.iter().map(gain).collect()
 }
 
-fn written(autopilot: Autopilot, controller: &str, text: &str) -> Result<String, String> {
-    let pid = squid_pid::read_file(controller, "mine.toml").unwrap();
-    let done = export(autopilot, &pid, text, "theirs", &missing(autopilot));
-    done.map(|done| done.text).map_err(|error| error.to_string())
+fn written(autopilot: Autopilot, controller: &str, text: &str) -> Result<String, FileError> {
+    let pid = squid_pid::read_file(controller, "mine.toml")?;
+    Ok(export(autopilot, &pid, text, "theirs", &missing(autopilot))?.text)
 }
 
 fn controller(pitch: &str, more: &str) -> String {
@@ -80,26 +85,22 @@ fn gains_of_dune_are_radians_of_the_fins() {
     let found = read(Autopilot::Dune, DUNE).unwrap();
     let expected = [("pitch.kp".into(), 1.5, "rad/rad"), ("pitch.kd".into(), 1.1, "rad.s/rad")];
     assert_eq!(gains(&found), expected);
-    let toml = found.toml("control.ini");
-    for words in [
-        "# line 7, 'Pitch PID Gains'",
-        "Depth PID Gains = 0.6, 0.0, 0.7 (line 6)",
-        "MPS PID Gains",
-        "Loop order",
-    ] {
-        assert!(toml.contains(words), "{words}\n{toml}");
-    }
+    assert_eq!(
+        left_out(&found),
+        [(6, "[Control.AUV.Attitude] Depth PID Gains"), (2, "[Control.AUV.Speed] MPS PID Gains")]
+    );
+    insta::assert_snapshot!(found.toml("control.ini"));
     // A fin of half the effect turns twice as far: 0.5/0.25.
     let found = read(Autopilot::Dune, &DUNE.replace("= 0.5\r", "= 0.25\r")).unwrap();
     assert_eq!(gains(&found)[0].1, 3.0);
-    // A task of the vehicle alone is flown, and a derivative of the error is said.
+    // A task of the vehicle alone is flown, and a derivative of the error gets a note.
     let text = DUNE.replace("= Always", "= Hardware\nAltitude Control -- Enabled = true");
     let found = read(Autopilot::Dune, &text).unwrap();
-    assert!(found.remarks().iter().any(|words| words.contains("'Altitude Control -- Enabled' (line 6)")));
-    // Without the allocator its default is taken, and said.
+    insta::assert_snapshot!("altitude", found.notes.join("\n"));
+    // Without the allocator its default is taken.
     let short = DUNE.split("[Control.AUV.Allocator]").next().unwrap();
     let found = read(Autopilot::Dune, short).unwrap();
-    assert!(found.toml("a").contains("the default of DUNE"));
+    insta::assert_snapshot!("default_fin_effect", &found.gains[0].source);
 }
 
 #[test]
@@ -111,8 +112,9 @@ fn a_depth_loop_of_dune_is_read_if_it_has_no_derivative() {
     let back = written(Autopilot::Dune, &found.toml("a").replace("0.02", "0.03"), &text).unwrap();
     assert_eq!(back, text.replace("0.02", "0.03"));
     // With one it is neither read nor written.
-    let words = written(Autopilot::Dune, &found.toml("a"), DUNE).unwrap_err();
-    assert!(words.starts_with("theirs:6:") && words.contains("kd = 0.7"), "{words}");
+    let error = written(Autopilot::Dune, &found.toml("a"), DUNE).unwrap_err();
+    assert_eq!(mistake(&error), (6, "[Control.AUV.Attitude] Depth PID Gains".into()));
+    insta::assert_snapshot!(error);
 }
 
 #[test]
@@ -126,9 +128,9 @@ fn gains_of_mvp_have_the_unit_that_is_given() {
         ("speed.ki".into(), 3.0, "N/m"),
     ];
     assert_eq!(gains(&found), expected);
-    assert!(found.remarks().iter().any(|words| words.contains("surge.d = 5.0 (line 6)")));
+    assert!(left_out(&found).contains(&(6, "control_modes.flight.surge.d")));
     let alone = read(Autopilot::Mvp, &MVP.replace("{p: 10.0,", "{p: 0.0,")).unwrap();
-    assert!(alone.remarks().iter().any(|words| words.contains("surge.i = 3.0 (line 6): without p")));
+    assert!(left_out(&alone).contains(&(6, "control_modes.flight.surge.i")));
     let hold = Missing { drive: Some(Drive::Deflection), mode: Some("hold".into()), ..Missing::default() };
     let found = import(Autopilot::Mvp, Angle::Pitch, MVP, "theirs", &hold).unwrap();
     assert_eq!(gains(&found), [("pitch.kp".into(), 6.0, "rad/rad"), ("pitch.kd".into(), 3.5, "rad.s/rad")]);
@@ -140,7 +142,8 @@ fn gains_of_a_script_are_its_numbers() {
     let values: Vec<f64> = found.gains.iter().map(|gain| gain.value).collect();
     assert_eq!(values, [5.33, 0.43, 10.7]);
     let heave = read(Autopilot::Mss, &format!("{MSS}self.K_w = 5.0\n")).unwrap();
-    assert!(heave.remarks().iter().any(|words| words.contains("K_w = 5.0") && words.contains("heave")));
+    assert!(left_out(&heave).iter().any(|(_, key)| *key == "K_w"));
+    insta::assert_snapshot!(heave.remarks().join("\n"));
 }
 
 /// The cascade of ArduSub and the cascade of squid have the same response, from the reference and from pitch, whose
@@ -187,13 +190,10 @@ fn ardusub_has_the_weight_of_its_cascade_alone() {
         assert!((gains(&read)[1].1 / 2e-6 - 1.0).abs() < 1e-9, "{:?}", gains(&read));
         assert!((gains(&read)[0].1 / 36.0 - 1.0).abs() < 1e-9, "{:?}", gains(&read));
     }
-    let words = with("1.0", "21.6").unwrap_err();
-    assert!(words.starts_with("mine.toml:3:") && words.contains("0.900000 or 0.100000"), "{words}");
-    let words = with("0.9", "61").unwrap_err();
-    assert!(
-        words.starts_with("mine.toml:5: 'controller.pitch.ki'") && words.contains("60 N.m/(rad.s)"),
-        "{words}"
-    );
+    let (weight, integral) = (with("1.0", "21.6").unwrap_err(), with("0.9", "61").unwrap_err());
+    assert_eq!(mistake(&weight), (3, "controller.pitch.reference_weight".into()));
+    assert_eq!(mistake(&integral), (5, "controller.pitch.ki".into()));
+    insta::assert_snapshot!(format!("{weight}\n{integral}"));
 }
 
 /// A file of each autopilot with gains of heading and of roll.
@@ -250,32 +250,42 @@ fn gains_of_heading_and_of_roll_are_read_and_written() {
 #[test]
 fn other_laws_of_heading_and_of_roll_are_refused() {
     let cases = [
+        (0, "1.5, 0.0, 0.0", "1.5, 0.1, 0.0", 2, "[Control.AUV.Attitude] Heading PID Gains"),
         (
             0,
-            "1.5, 0.0, 0.0",
-            "1.5, 0.1, 0.0",
-            "theirs:2: '[Control.AUV.Attitude] Heading PID Gains' is with ki = 0.1",
+            "Maximum Heading Rate = 30",
+            "Heading Rate Open Loop = true",
+            4,
+            "[Control.AUV.Attitude] Heading Rate Open Loop",
         ),
-        (0, "Maximum Heading Rate = 30", "Heading Rate Open Loop = true", "Heading Rate Open Loop' is true"),
-        (1, "controller = true", "controller = false", "Enable roll controller' is false"),
-        (1, "Enable", "Roll Compensation -- Use Speed = true\nEnable", "Use Speed' is true"),
-        (2, "YAW_I", "YAW_FF", "missing key 'ATC_RAT_YAW_I'"),
-        (4, "yaw", "x", "missing key 'control_modes.MODE.yaw'"),
+        (1, "controller = true", "controller = false", 2, "[Control.AUV.Attitude] Enable roll controller"),
+        (
+            1,
+            "Enable",
+            "Roll Compensation -- Use Speed = true\nEnable",
+            2,
+            "[Control.AUV.Attitude] Roll Compensation -- Use Speed",
+        ),
+        (2, "YAW_I", "YAW_FF", 1, "ATC_RAT_YAW_I"),
+        (4, "yaw", "x", 1, "control_modes.MODE.yaw"),
     ];
-    for (case, from, to, words) in cases {
+    let mut messages = vec![];
+    for (case, from, to, line, key) in cases {
         let (autopilot, angle, text) = TURNS[case];
         assert!(text.contains(from), "{from}");
         let missing = Missing { mode: None, ..missing(autopilot) };
-        let found =
-            import(autopilot, angle, &text.replace(from, to), "theirs", &missing).unwrap_err().to_string();
-        assert!(found.contains(words), "{found}\n instead of {words}");
+        let error = import(autopilot, angle, &text.replace(from, to), "theirs", &missing).unwrap_err();
+        assert_eq!(mistake(&error), (line, key.to_owned()), "{error}");
+        messages.push(format!("{autopilot:?}, {angle}, {from:?} -> {to:?}:\n{error}"));
     }
-    let found = import(Autopilot::Mss, Angle::Heading, MSS, "theirs", &Missing::default()).unwrap_err();
-    assert!(found.to_string().starts_with("theirs:1: '--axis' is heading"), "{found}");
-    let heading = "kp = { value = 3.0, unit = \"rad/rad\" }\n";
-    let heading = controller(heading, "").replace("pitch", "heading");
-    let found = written(Autopilot::Mss, &heading, MSS).unwrap_err();
-    assert!(found.starts_with("mine.toml:3: 'controller.heading' is given"), "{found}");
+    let error = import(Autopilot::Mss, Angle::Heading, MSS, "theirs", &Missing::default()).unwrap_err();
+    assert_eq!(mistake(&error), (1, "--axis".into()));
+    messages.push(error.to_string());
+    let heading = controller("kp = { value = 3.0, unit = \"rad/rad\" }\n", "").replace("pitch", "heading");
+    let error = written(Autopilot::Mss, &heading, MSS).unwrap_err();
+    assert_eq!(mistake(&error), (3, "controller.heading".into()));
+    messages.push(error.to_string());
+    insta::assert_snapshot!(messages.join("\n\n"));
 }
 
 /// Every file with the gains that it has is the same to the last byte, and so is what was read of it.
@@ -346,13 +356,6 @@ proptest! {
     }
 }
 
-/// Returns the line and the key of the only mistake in a file.
-fn mistake(error: &FileError) -> (usize, String) {
-    assert_eq!(error.mistakes.len(), 1, "{error}");
-    let Mistake { line, problem } = &error.mistakes[0];
-    (*line, problem.key().unwrap_or_default().to_owned())
-}
-
 /// Values that are ambiguous, missing or no number.
 #[test]
 fn refuses_files_that_cannot_be_read_in_one_way() {
@@ -405,78 +408,69 @@ fn refuses_files_that_cannot_be_read_in_one_way() {
 }
 
 #[test]
-fn what_the_file_does_not_say_must_be_given() {
+fn asks_for_what_the_file_does_not_say() {
     let without = |autopilot, text, missing: &Missing| {
-        import(autopilot, Angle::Pitch, text, "theirs", missing).unwrap_err().to_string()
+        import(autopilot, Angle::Pitch, text, "theirs", missing).unwrap_err()
     };
     let hint = Missing { hint: Some("so much".into()), ..Missing::default() };
-    let words = without(Autopilot::ArduSub, ARDUSUB, &hint);
-    assert!(words.starts_with("theirs:3: 'ATC_RAT_PIT_P'") && words.contains("--full-output"), "{words}");
-    assert!(words.ends_with("(so much)"), "{words}");
-    let words = without(Autopilot::Mvp, MVP, &Missing::default());
-    assert!(words.contains("2 modes with pitch; it must be chosen by --mode: flight, hold"), "{words}");
-    let words = without(Autopilot::Mvp, MVP, &Missing { mode: Some("hold".into()), ..Missing::default() });
-    assert!(
-        words.starts_with("theirs:9: 'control_modes.hold.pitch.p'") && words.contains("--unit"),
-        "{words}"
-    );
+    let moment = without(Autopilot::ArduSub, ARDUSUB, &hint);
+    assert_eq!(mistake(&moment), (3, "ATC_RAT_PIT_P".into()));
+    let mode = without(Autopilot::Mvp, MVP, &Missing::default());
+    assert_eq!(mistake(&mode), (1, "control_modes".into()));
+    let unit = without(Autopilot::Mvp, MVP, &Missing { mode: Some("hold".into()), ..Missing::default() });
+    assert_eq!(mistake(&unit), (9, "control_modes.hold.pitch.p".into()));
+    insta::assert_snapshot!(format!("{moment}\n{mode}\n{unit}"));
 }
 
 /// Gains that an autopilot cannot have.
 #[test]
-fn what_cannot_be_written_is_refused() {
+fn refuses_to_write_what_the_autopilot_does_not_have() {
     use Autopilot::{ArduSub, Dune, Mss, Mvp};
     let radians = "kp = { value = 3.0, unit = \"rad/rad\" }\nkd = { value = 2.0, unit = \"s\" }\n";
     let moments = "kp = { value = 3.0, unit = \"N.m/rad\" }\nkd = { value = 2.0, unit = \"N.m.s/rad\" }\n";
     let depth = "[controller.depth]\nkp = { value = 10.0, unit = \"deg/m\" }\n";
+    let speed = "[controller.speed]\nrolloff = 1.0\nkp = { value = 1.0, unit = \"N.s/m\" }\n";
+    let table = moments.replace("value = 3.0", "table = [[1.0, 3.0], [2.0, 2.0]]");
+    let model = format!("{radians}model = {{ frequency = 1.0, damping = 1.0 }}\n");
+    let kp_alone = moments.lines().next().unwrap();
     let cases = [
-        (
-            Dune,
-            radians.replace("3.0", "[3.0, 1.0]"),
-            "",
-            "mine.toml:4: 'controller.pitch.kp' is a function of speed",
-        ),
-        (Mvp, moments.replace("value = 3.0", "table = [[1.0, 3.0], [2.0, 2.0]]"), "", "a function of speed"),
-        (Dune, radians.replace("3.0", "-3.0"), "", "gains of this autopilot are positive"),
-        (Dune, format!("{radians}rolloff = 0.1\n"), "", "'controller.pitch.rolloff' is given"),
-        (
-            Mss,
-            format!("{radians}model = {{ frequency = 1.0, damping = 1.0 }}\n"),
-            "",
-            "'controller.pitch.model' is given",
-        ),
-        (Mss, format!("{radians}reference_weight = 0.8\n"), "", "'controller.pitch.reference_weight' is 0.8"),
-        (Mss, radians.into(), depth, "mine.toml:7: 'controller.depth' is given"),
-        (Mvp, moments.into(), depth, "'controller.depth' is given"),
-        (ArduSub, moments.into(), depth, "'controller.depth' is given"),
-        (ArduSub, moments.lines().next().unwrap().into(), "", "'controller.pitch.kd' is left out"),
-        (ArduSub, radians.into(), "", "is in \"rad/rad\"; it must be in N.m/rad"),
-        (Mvp, radians.into(), "", "is in \"rad/rad\"; it must be in N.m/rad"),
-        (Mss, moments.into(), "", "is in \"N.m/rad\"; it must be in rad/rad"),
-        (
-            Mvp,
-            moments.into(),
-            "[controller.speed]\nrolloff = 1.0\nkp = { value = 1.0, unit = \"N.s/m\" }\n",
-            "rolloff",
-        ),
-        (Mvp, moments.replace("N.m/rad", "N.m"), "", "\"N.m\""),
+        (Dune, radians.replace("3.0", "[3.0, 1.0]"), "", 4, "pitch.kp"),
+        (Mvp, table, "", 4, "pitch.kp"),
+        (Dune, radians.replace("3.0", "-3.0"), "", 4, "pitch.kp"),
+        (Dune, format!("{radians}rolloff = 0.1\n"), "", 3, "pitch.rolloff"),
+        (Mss, model, "", 3, "pitch.model"),
+        (Mss, format!("{radians}reference_weight = 0.8\n"), "", 3, "pitch.reference_weight"),
+        (Mss, radians.into(), depth, 7, "depth"),
+        (Mvp, moments.into(), depth, 7, "depth"),
+        (ArduSub, moments.into(), depth, 7, "depth"),
+        (ArduSub, kp_alone.into(), "", 3, "pitch.kd"),
+        (ArduSub, radians.into(), "", 4, "pitch.kp"),
+        (Mvp, radians.into(), "", 4, "pitch.kp"),
+        (Mss, moments.into(), "", 4, "pitch.kp"),
+        (Mvp, moments.into(), speed, 7, "speed"),
+        (Mvp, moments.replace("N.m/rad", "N.m"), "", 4, "pitch.kp"),
     ];
-    for (autopilot, pitch, more, words) in cases {
+    let mut messages = vec![];
+    for (autopilot, pitch, more, line, key) in cases {
         let text = ALL.iter().find(|(one, _)| *one == autopilot).unwrap().1;
-        let found = written(autopilot, &controller(&pitch, more), text).unwrap_err();
-        assert!(found.contains(words) && found.starts_with("mine.toml:"), "{found}\n instead of {words}");
+        let error = written(autopilot, &controller(&pitch, more), text).unwrap_err();
+        let expected = (line, format!("controller.{key}"));
+        assert_eq!((error.file.as_str(), mistake(&error)), ("mine.toml", expected), "{error}");
+        messages.push(format!("{autopilot:?}:\n{pitch}{more}{error}"));
     }
     // An integral that the limits of the file hold at 0.
     let integral = format!("{moments}ki = {{ value = 0.5, unit = \"N.m/(rad.s)\" }}\n");
     let hold = Missing { mode: Some("hold".into()), ..missing(Mvp) };
     let pid = squid_pid::read_file(&controller(&integral, ""), "mine.toml").unwrap();
-    let found = export(Mvp, &pid, MVP, "theirs", &hold).unwrap_err().to_string();
-    assert!(found.starts_with("theirs:10: 'control_modes.hold.pitch.i' is 0.5 with i_max 0"), "{found}");
-    let found = written(ArduSub, &controller(&integral, ""), &ARDUSUB.replace("0.444", "0")).unwrap_err();
-    assert!(found.starts_with("theirs:8: 'ATC_RAT_PIT_IMAX' is 0"), "{found}");
+    let held = export(Mvp, &pid, MVP, "theirs", &hold).unwrap_err();
+    assert_eq!(mistake(&held), (10, "control_modes.hold.pitch.i".into()));
+    let limited = written(ArduSub, &controller(&integral, ""), &ARDUSUB.replace("0.444", "0")).unwrap_err();
+    assert_eq!(mistake(&limited), (8, "ATC_RAT_PIT_IMAX".into()));
     // A gain that the file has no key for.
-    let found = written(Mss, &controller(radians, ""), "Kp_theta = 5.0\n").unwrap_err();
-    assert!(found.contains("theirs:1: missing key 'Kd_theta'"), "{found}");
+    let missing = written(Mss, &controller(radians, ""), "Kp_theta = 5.0\n").unwrap_err();
+    assert_eq!(mistake(&missing), (1, "Kd_theta".into()));
+    messages.extend([held, limited, missing].map(|error| error.to_string()));
+    insta::assert_snapshot!(messages.join("\n\n"));
     // A gain that is left out is 0 in the file, and degrees per degree are radians per radian.
     let found = written(Mss, &controller(&radians.replace("rad/rad", "deg/deg"), SPEED), MSS).unwrap();
     assert_eq!(found, MSS.replace("5.33", "3.0").replace("0.43", "0.0").replace("10.7", "2.0"));

@@ -1,6 +1,7 @@
 //! Vehicles and signals of the tests.
 
 use squid_auv::Vehicle;
+use squid_auv::toml_file::{FileError, Mistake};
 use squid_pid::{Layout, Port, Structure};
 
 /// The range of speed, by its centre and half range.
@@ -25,9 +26,16 @@ pub fn layout(tracked: &'static str) -> Layout {
     }
 }
 
-/// The cascade of a text for a vehicle, or the message of what is wrong with it.
-pub fn made(name: &str, layout: &Layout, text: &str) -> Result<Structure, String> {
-    let file = squid_pid::read_file(text, "mine.toml").map_err(|error| error.to_string())?;
+/// Returns the line and the key of the only mistake in a file.
+pub fn mistake(error: &FileError) -> (usize, String) {
+    assert_eq!(error.mistakes.len(), 1, "{error}");
+    let Mistake { line, problem } = &error.mistakes[0];
+    (*line, problem.key().unwrap_or_default().to_owned())
+}
+
+/// Returns the cascade of a text for a vehicle.
+pub fn made(name: &str, layout: &Layout, text: &str) -> Result<Structure, FileError> {
+    let file = squid_pid::read_file(text, "mine.toml")?;
     let vehicle = vehicle(name);
     let of = squid_pid::Vehicle {
         actuators: &vehicle.actuators,
@@ -36,5 +44,5 @@ pub fn made(name: &str, layout: &Layout, text: &str) -> Result<Structure, String
         scheduling: SCHEDULING,
         design: "design.toml",
     };
-    Structure::new(&file, of).map_err(|error| error.to_string())
+    Structure::new(&file, of)
 }
