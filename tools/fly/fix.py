@@ -48,7 +48,10 @@ def snapshots() -> int:
     holders = [path for path in ROOT.glob("crates/*/Cargo.toml") if "insta" in path.read_text("utf-8")]
     packages = [f"--package=squid-{path.parent.name}" for path in sorted(holders)]
     with stage("Rust: the tests of the crates with snapshots"):
-        run(["cargo", "test", "--release", *packages, "--tests"], variables={"INSTA_UPDATE": "always", "CI": ""})
+        run(
+            ["cargo", "test", "--release", *packages, "--tests"],
+            variables={"INSTA_UPDATE": "always", "CI": ""},
+        )
     with stage("Python: pytest --snapshot-update"):
         tests = (ROOT / "tests" / "python").rglob("test_*.py")
         holding = [path for path in sorted(tests) if SNAPSHOT in path.read_text("utf-8")]

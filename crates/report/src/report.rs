@@ -25,7 +25,7 @@ const SECTIONS: [Maker; 21] = [
     ("steps", "Step responses and actuators", steps::steps),
     ("flown", "Margins over speed", flown::flown),
     ("manoeuvre", "A step during a ramp of speed", manoeuvre::manoeuvre),
-    ("envelope", "What references may ask", envelope::envelope),
+    ("envelope", "Reference limits", envelope::envelope),
     ("limits", "Saturated actuators", steps::limits::limits),
     ("held", "Held beyond the actuators", steps::held::held),
     ("structure", "The loop: structure, weights and sizes", structure::structure),

@@ -1,4 +1,4 @@
-//! The claim `limits` of the certificate: the largest step of the reference of pitch or depth for which the loop,
+//! The claim `limits` of the certificate: the largest step of a reference for which the loop,
 //! with saturated commands and anti-windup, stays in a region from which it returns to trim. Limits on actuator rates
 //! are limits on the rates of those states of the plant that are the lags.
 
