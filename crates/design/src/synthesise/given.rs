@@ -112,16 +112,8 @@ pub fn given(
             certified.largest_eigenvalue
         ),
     );
-    Ok(Design {
-        controller,
-        gamma_optimum: certified.gamma,
-        lower: 0.0,
-        multipliers: vec![],
-        gamma_design: certified.gamma,
-        certified,
-        regularisation: None,
-        slow: None,
-    })
+    let gamma = certified.gamma;
+    Ok(Design::new(controller, gamma, gamma, certified))
 }
 
 /// The largest real part \[1/s\] of the modes of the loop with the true linearisations, and the speed of it \[m/s\].

@@ -15,7 +15,7 @@
 use crate::analysis::rate::{RateBound, RateError, RateOptions, rate_bounded_gain_from};
 use crate::error::{LftError, ShapeError, SynthesisError};
 use crate::matrix::Mat;
-use crate::synthesis::least_gamma::least_gamma_within;
+use crate::synthesis::least_gamma::least_gamma_at;
 use crate::synthesis::{Options, ScalingClass};
 use crate::system::{Controller, GeneralisedPlant, StateSpace};
 use rayon::prelude::*;
@@ -151,7 +151,7 @@ pub fn ladder(
     }
     let gamma = |plant: &GeneralisedPlant, scalings| {
         let options = Options { scalings, accuracy: options.accuracy, ..Options::default() };
-        least_gamma_within(plant, options).map(|(_, found)| found.gamma)
+        least_gamma_at(plant, options, None).map(|(_, found)| found.gamma)
     };
     let mut frozen_optimum = Vec::with_capacity(options.thetas.len());
     for &theta in &options.thetas {

@@ -134,17 +134,8 @@ fn put_back(
             ..lagged
         })
     });
-    let mut best: Option<Design> = None;
-    for found in near.chain(lagged) {
-        let good = found.certified.gamma <= (1.0 + ACCEPTED_RISE) * design.certified.gamma;
-        if best.as_ref().is_none_or(|best| found.certified.gamma < best.certified.gamma) {
-            best = Some(found);
-        }
-        if good {
-            break;
-        }
-    }
-    best.ok_or(SynthesisError::NotWellPosed)
+    let good = |found: &Design| found.certified.gamma <= (1.0 + ACCEPTED_RISE) * design.certified.gamma;
+    Design::first_or_best(near.chain(lagged), good).ok_or(SynthesisError::NotWellPosed)
 }
 
 /// The controller with D22 around it, and the bound of its loop, proved for the controller with D22 removed again, so
