@@ -56,7 +56,7 @@ pub const STARTS: usize = 16;
 /// Shapes: one gain for each direction. For the source see the top of this file.
 ///
 /// # Errors
-/// [`SynthesisError::Shape`] if structure and plant do not fit; [`SynthesisError::Numerical`] if no start reaches a
+/// [`SynthesisError::System`] if structure and plant do not fit; [`SynthesisError::Numerical`] if no start reaches a
 /// stable loop.
 pub fn minimax(
     plant: &GeneralisedPlant,

@@ -13,8 +13,11 @@ const LARGEST: f64 = 1e100;
 /// An object whose keys may all be missing: values, then matrices. A `file` is one whose keys may also stand in `data`,
 /// and in which comments are allowed, without effect.
 macro_rules! object {
-    (file $(#[$meta:meta])* $name:ident { $($key:literal $field:ident: $type:ty),*; $($matrix:literal $of:ident),* }) => {
-        $crate::object::object!($(#[$meta])* $name { "data" data: Box<$name>, $($key $field: $type),*; $($matrix $of),* }
+    (file $(#[$meta:meta])* $name:ident {
+        $($key:literal $field:ident: $type:ty),*; $($matrix:literal $of:ident),*
+    }) => {
+        $crate::object::object!($(#[$meta])* $name {
+            "data" data: Box<$name>, $($key $field: $type),*; $($matrix $of),* }
             "kind" _kind "name" _name "source" _source "tests" _tests "expected" _expected "note" _note
             "notes" _notes "right" _right "unit" _unit "convention" _convention "Bt_scale" _bt_scale "G" _g);
 

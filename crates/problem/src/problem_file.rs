@@ -8,10 +8,10 @@
 //! ```
 //!
 //! A certificate is also a problem file: its plant is read. Matrices are lists of rows; the partition is that of
-//! `squid_lpv::plant`. Sizes follow from any matrix that has them: a plant without states has `"A": []`, and the numbers of
-//! inputs and outputs of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key may occur twice,
-//! and other keys are not allowed, except for comments: `kind`, `name`, `source`, `tests`, `expected`, `note`, `notes`,
-//! `right` and `unit`, and `convention`, `Bt_scale` and `G` of published cases.
+//! `squid_lpv::plant`. Sizes follow from any matrix that has them: a plant without states has `"A": []`, and the
+//! numbers of inputs and outputs of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key may
+//! occur twice, and other keys are not allowed, except for comments: `kind`, `name`, `source`, `tests`, `expected`,
+//! `note`, `notes`, `right` and `unit`, and `convention`, `Bt_scale` and `G` of published cases.
 //!
 //! `rate`, next to `blocks`, is the bound on `|theta'|` of a plant with one parameter, in units of theta per unit of
 //! time; without it the rates are arbitrary. `dt`, in either kind, is the sample time (s) of a plant in discrete time,

@@ -119,7 +119,7 @@ pub fn given(
 /// The largest real part \[1/s\] of the modes of the loop with the true linearisations, and the speed of it \[m/s\].
 ///
 /// # Errors
-/// Those of trim and linearisation; [`ModelError::Lft`](crate::error::ModelError::Lft).
+/// Those of trim and linearisation; [`ModelError::System`](crate::error::ModelError::System).
 pub fn growth(
     vehicle: &dyn VehicleModel,
     file: &DesignFile,

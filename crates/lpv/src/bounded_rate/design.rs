@@ -7,7 +7,7 @@ use crate::bounded_rate::inequalities::{Grid, Pair, Varying};
 use crate::bounded_rate::intervals::{Claim, SlowBound, intervals};
 use crate::bounded_rate::loop_lyapunov::{SAMPLES, tightened};
 use crate::bounded_rate::scheduled::through;
-use crate::error::{LftError, SynthesisError};
+use crate::error::{SynthesisError, SystemError};
 use crate::matrix::{Mat, diagonal, pseudo_inverse, symmetric_part};
 use crate::synthesis::Options;
 use crate::synthesis::balance::Coordinates;
@@ -102,7 +102,7 @@ const COORDINATES_ACCURACY: f64 = 0.02;
 
 /// The plant frozen at `count` values evenly spaced over [-1, 1].
 fn frozen(plant: &GeneralisedPlant, count: usize) -> Result<Vec<(f64, GeneralisedPlant)>, SynthesisError> {
-    let wrong = |e: LftError| SynthesisError::numerical(STAGE, e.to_string());
+    let wrong = |e: SystemError| SynthesisError::numerical(STAGE, e.to_string());
     evenly_spread(count).map(|theta| Ok((theta, plant.frozen(&[theta]).map_err(wrong)?))).collect()
 }
 
