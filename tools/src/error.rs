@@ -103,6 +103,6 @@ impl Error {
 
 squid_design::from_design_errors! {
     Error: CertifyError, InputError, ModelError, ProofError, StoreError, squid_auv::FileError, squid_base::files::Error,
-        squid_certificate::Failure, squid_lpv::error::LftError, squid_lpv::error::ShapeError, squid_lpv::error::SynthesisError,
+        squid_certificate::Failure, squid_lpv::error::SynthesisError, squid_lpv::error::SystemError,
         squid_scheduled::DesignError
 }

@@ -38,7 +38,7 @@ impl LinearModel {
     /// `[A B G x0'; 0 0 0 u0']` at a value of rho, (n + m) x (n + m + 3), without G if there are no waves.
     ///
     /// # Errors
-    /// [`ModelError::Lft`], an internal error.
+    /// [`ModelError::System`], an internal error.
     pub fn matrix(&self, rho: f64) -> Result<Mat, ModelError> {
         let (ab, slope) = (self.ab.evaluate(&[rho])?, self.trim_slope.evaluate(&[rho])?);
         let (n, both) = ab.shape();
@@ -60,7 +60,7 @@ impl LinearModel {
 /// See [`squid_lpv::tracking`].
 ///
 /// # Errors
-/// [`ModelError::Augment`], an internal error.
+/// [`ModelError::System`], an internal error.
 pub fn augment(
     actuators: &[Actuator],
     design: &DesignFile,

@@ -171,7 +171,7 @@ fn sampled_radius(
 /// The scheduled controller frozen at rho, without parameters.
 ///
 /// # Errors
-/// [`ModelError::Lft`](crate::error::ModelError::Lft) if it is not well posed.
+/// [`ModelError::System`](crate::error::ModelError::System) if it is not well posed.
 pub fn frozen_controller(k: &Controller, rho: f64) -> Result<Controller, Error> {
     let parts = k.parts.frozen(&channels(&k.blocks), &[rho])?;
     Ok(Controller { parts, blocks: vec![] })

@@ -51,9 +51,6 @@ pub enum Error {
     #[error(transparent)]
     #[strum(transparent)]
     Constant(#[from] ConstantError),
-    /// The gammas under other assumptions about the speed could not be computed.
-    #[error(transparent)]
-    Ladder(#[from] squid_lpv::ladder::LadderError),
     /// mu could not be bounded at a speed.
     #[error("mu at {speed} m/s: {reason}")]
     MuAtSpeed {
@@ -99,10 +96,10 @@ macro_rules! from_stage_errors {
 
 from_stage_errors! {
     InputError: squid_auv::FileError;
-    ModelError: squid_auv::CoefficientError, squid_lpv::error::FitError, squid_lpv::error::LftError, squid_lpv::error::ShapeError,
-        squid_lpv::error::AugmentError;
+    ModelError: squid_auv::CoefficientError, squid_lpv::error::SystemError;
     ProofError: squid_certificate::Failure;
-    StoreError: squid_auv::LpvModelError, squid_auv::VehicleJsonError, squid_scheduled::DesignError, squid_scheduled::ManoeuvreError;
+    StoreError: squid_auv::LpvModelError, squid_auv::VehicleJsonError, squid_scheduled::DesignError,
+        squid_scheduled::ManoeuvreError;
 }
 
 /// `From` for errors that become the variant `Design` of an upper crate's error.

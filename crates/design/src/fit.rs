@@ -57,7 +57,7 @@ impl Model {
     /// actuator.
     ///
     /// # Errors
-    /// [`ModelError::Trim`] if the vehicle has no trim, or its trims jump; [`ModelError::Fit`].
+    /// [`ModelError::Trim`] if the vehicle has no trim, or its trims jump; [`ModelError::System`].
     pub fn new(vehicle: &dyn VehicleModel, design: &DesignFile) -> Result<Self, ModelError> {
         let slopes = trim_slopes(vehicle, design)?;
         let grid: Vec<(f64, Linearisation)> = design
@@ -81,7 +81,7 @@ impl Model {
     /// The LFT of a polynomial of another order; singular values below the fraction `drop` of the largest are dropped.
     ///
     /// # Errors
-    /// [`ModelError::Fit`].
+    /// [`ModelError::System`].
     pub fn of_order(&self, order: usize, drop: f64) -> Result<Lft, ModelError> {
         Ok(Lft::from_polynomial(&MatrixPolynomial::fit(&samples(&self.grid), order)?, drop))
     }

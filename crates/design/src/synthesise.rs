@@ -113,16 +113,8 @@ fn at_bounded_rate(file: &DesignFile, plant: &GeneralisedPlant, rate: f64) -> Re
                     'synthesis.back_off'"
             .into(),
     })?;
-    Ok(Design {
-        controller: found.controller,
-        gamma_optimum: found.least.gamma,
-        lower: 0.0,
-        multipliers: vec![],
-        gamma_design: found.gamma_design,
-        certified,
-        regularisation: None,
-        slow: Some(found.bound),
-    })
+    let design = Design::new(found.controller, found.least.gamma, found.gamma_design, certified);
+    Ok(Design { slow: Some(found.bound), ..design })
 }
 
 /// The advice to leave out the bounded rate, with the gamma without it.

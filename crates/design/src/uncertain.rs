@@ -56,7 +56,7 @@ impl Fidelity {
 /// the uncertain parts, of the orders that the fidelity allows.
 ///
 /// # Errors
-/// [`ModelError::Trim`](crate::error::ModelError::Trim), [`ModelError::Fit`](crate::error::ModelError::Fit),
+/// [`ModelError::Trim`](crate::error::ModelError::Trim), [`ModelError::System`](crate::error::ModelError::System),
 /// [`Error::Uncertain`].
 pub fn over_range(inputs: &Inputs, model: &Model, fidelity: Fidelity) -> Result<UncertainModel, Error> {
     let vehicle = &inputs.vehicle;

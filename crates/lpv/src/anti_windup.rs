@@ -31,7 +31,7 @@ pub mod follow;
 pub mod region;
 mod saturated;
 
-use crate::error::{ShapeError, SynthesisError};
+use crate::error::{SynthesisError, SystemError};
 use crate::lmi::{Affine, Program, SolverOptions, solver, symmetric};
 use crate::matrix::{Mat, diagonal, unit};
 use crate::system::lyapunov;
@@ -93,7 +93,7 @@ pub struct AntiWindup {
 /// Each loop has its own P. The result therefore holds for frozen parameters.
 ///
 /// # Errors
-/// [`SynthesisError::Shape`] without a loop, or if its matrices do not fit; [`SynthesisError::Infeasible`], also if a
+/// [`SynthesisError::System`] without a loop, or if its matrices do not fit; [`SynthesisError::Infeasible`], also if a
 /// limit is not positive; [`SynthesisError::Numerical`].
 pub fn anti_windup(
     loops: &[LimitedLoop],
@@ -194,7 +194,7 @@ fn check(loops: &[LimitedLoop], controller_states: usize) -> Result<(), Synthesi
             ("S", region.shape(), (n, region.ncols())),
         ] {
             if found != expected {
-                return Err(ShapeError { name, found, expected }.into());
+                return Err(SystemError::Shape { name, found, expected }.into());
             }
         }
         if !limits.iter().all(|limit| *limit > 0.0) {
@@ -202,7 +202,7 @@ fn check(loops: &[LimitedLoop], controller_states: usize) -> Result<(), Synthesi
         }
     }
     if n < controller_states.max(1) {
-        return Err(ShapeError {
+        return Err(SystemError::Shape {
             name: "A",
             found: (n, n),
             expected: (controller_states, controller_states),

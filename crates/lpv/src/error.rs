@@ -4,9 +4,21 @@
 
 use thiserror::Error;
 
-/// A polynomial could not be fitted.
+/// A system, its samples or its parameters cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
-pub enum FitError {
+pub enum SystemError {
+    /// A matrix of a partitioned system does not fit the others.
+    #[error("{name} is {} x {}, it must be {} x {}", found.0, found.1, expected.0, expected.1)]
+    Shape {
+        /// The name of the matrix in the partition.
+        name: &'static str,
+        found: (usize, usize),
+        /// The shape required by the other matrices.
+        expected: (usize, usize),
+    },
+    /// In a linear fractional transformation `I - D Theta` is singular.
+    #[error("the linear fractional transformation is not well posed at theta = {theta:?}")]
+    NotWellPosed { theta: Vec<f64> },
     /// There must be samples.
     #[error("there are no samples to fit")]
     NoSamples,
@@ -16,34 +28,6 @@ pub enum FitError {
     /// All samples must have one shape.
     #[error("the sample at rho = {rho} is {found:?}, the first is {expected:?}")]
     UnlikeShapes { rho: f64, expected: (usize, usize), found: (usize, usize) },
-}
-
-/// An LFT is not well posed.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum LftError {
-    /// `I - D Theta` is singular.
-    #[error("the linear fractional transformation is not well posed at theta = {theta:?}")]
-    NotWellPosed { theta: Vec<f64> },
-}
-
-/// A matrix of a partitioned system does not fit the others.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[error("{name} is {} x {}, it must be {} x {}", found.0, found.1, expected.0, expected.1)]
-pub struct ShapeError {
-    /// The name of the matrix in the partition.
-    pub name: &'static str,
-    /// Its shape.
-    pub found: (usize, usize),
-    /// The shape required by the other matrices.
-    pub expected: (usize, usize),
-}
-
-/// A tracking problem that gives no generalised plant.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum AugmentError {
-    /// A part does not fit the others.
-    #[error(transparent)]
-    Shape(#[from] ShapeError),
     /// A number makes a weight improper, unstable or infinite.
     #[error("{name} {index} is {found}; it must be {allowed}")]
     Number {
@@ -53,6 +37,33 @@ pub enum AugmentError {
         found: f64,
         allowed: &'static str,
     },
+    /// The plant of a sampled loop must have no parameters.
+    #[error("the plant has {channels} channels of parameters; freeze it at a value first")]
+    Scheduled { channels: usize },
+    /// The time between two samples must be positive.
+    #[error("the sample time is {found}; it must be above 0 and finite")]
+    SampleTime { found: f64 },
+    /// The sampled output must not jump with the commands.
+    #[error(
+        "the plant has a direct path D22 from u to y, which jumps when it is sampled; put a lag into the measurements \
+         or the controls"
+    )]
+    DirectPath,
+    /// In a sampled loop rounding grows with each doubling of the time.
+    #[error(
+        "over one sample the plant and its worst input change by a factor of {size:.1e}, too much to compute: \
+         leave out what is faster than a millionth of the sample time, or scale w, z and the states alike"
+    )]
+    Stiff { size: f64 },
+    /// The ladder of gammas is for exactly one parameter.
+    #[error("the plant depends on {found} parameters, the ladder of gammas is for one")]
+    NotOneParameter { found: usize },
+    /// The grid of the ladder must include both ends.
+    #[error("{found} samples of the closed loop are too few, at least 2 are needed")]
+    TooFewPoints { found: usize },
+    /// Parameters are normalised.
+    #[error("theta = {theta} is outside [-1, 1]")]
+    OutsideTheBox { theta: f64 },
 }
 
 /// Synthesis found no controller: the problem is infeasible ([`SynthesisError::is_infeasible`]), a further requirement
@@ -145,7 +156,7 @@ pub enum SynthesisError {
     Numerical { stage: &'static str, diagnosis: String },
     /// The plant's matrices do not fit together.
     #[error(transparent)]
-    Shape(#[from] ShapeError),
+    System(#[from] SystemError),
 }
 
 impl SynthesisError {
@@ -199,7 +210,7 @@ pub enum RateError {
     NotAscending { theta: f64 },
     /// All samples must be systems of one shape.
     #[error("the sample at theta = {theta}: {source}")]
-    Shape { theta: f64, source: ShapeError },
+    Shape { theta: f64, source: SystemError },
     /// The rate must be zero or more.
     #[error("the bound on the rate of the parameter is {rate}, it must be zero or more")]
     NegativeRate { rate: f64 },
@@ -213,30 +224,4 @@ pub enum RateError {
     /// No Lyapunov function of this order, or a numerical failure, as the source states.
     #[error(transparent)]
     Inequality(#[from] SynthesisError),
-}
-
-/// No gain of a sampled loop can be computed.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum SampledError {
-    /// The plant must have no parameters.
-    #[error("the plant has {channels} channels of parameters; freeze it at a value first")]
-    Scheduled { channels: usize },
-    /// The time between two samples must be positive.
-    #[error("the sample time is {found}; it must be above 0 and finite")]
-    SampleTime { found: f64 },
-    /// The sampled output must not jump with the commands.
-    #[error(
-        "the plant has a direct path D22 from u to y, which jumps when it is sampled; put a lag into the measurements \
-         or the controls"
-    )]
-    DirectPath,
-    /// The controller does not fit the plant.
-    #[error(transparent)]
-    Shape(#[from] ShapeError),
-    /// Rounding grows with each doubling of the time.
-    #[error(
-        "over one sample the plant and its worst input change by a factor of {size:.1e}, too much to compute: \
-         leave out what is faster than a millionth of the sample time, or scale w, z and the states alike"
-    )]
-    Stiff { size: f64 },
 }

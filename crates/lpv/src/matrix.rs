@@ -67,8 +67,8 @@ fn to_faer<T: ComplexField>(a: &DMatrix<T>) -> Option<faer::Mat<T>> {
     finite.then(|| faer::Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)].clone()))
 }
 
-fn from_faer(a: faer::MatRef<'_, f64>) -> Mat {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)])
+fn from_faer<T: ComplexField + Copy>(a: faer::MatRef<'_, T>) -> DMatrix<T> {
+    DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)])
 }
 
 /// The singular value decomposition `A = U diag(s) V'`, all columns of U and V, s descending.
@@ -432,9 +432,8 @@ pub(crate) fn complex_svd(a: &DMatrix<Complex<f64>>) -> Option<ComplexSvd> {
         return None;
     }
     let decomposition = to_faer(a)?.svd().ok()?;
-    let copy = |m: faer::MatRef<'_, faer::c64>| DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)]);
     let s = decomposition.S().column_vector().iter().map(|v| v.re).collect();
-    Some(ComplexSvd { u: copy(decomposition.U()), s, v: copy(decomposition.V()) })
+    Some(ComplexSvd { u: from_faer(decomposition.U()), s, v: from_faer(decomposition.V()) })
 }
 
 /// Eigenvalues of a square matrix with its right and left eigenvectors.
@@ -453,9 +452,8 @@ pub(crate) fn eigenvectors(a: &Mat) -> Option<Modes> {
         return Some(Modes { values: vec![], right: none(), left: none() });
     }
     let decomposition = to_faer(a)?.eigen_from_real().ok()?;
-    let vectors = decomposition.U();
     let values = decomposition.S().column_vector().iter().copied().collect();
-    let right = DMatrix::from_fn(vectors.nrows(), vectors.ncols(), |i, j| vectors[(i, j)]);
+    let right = from_faer(decomposition.U());
     let left = right.clone().try_inverse()?;
     Some(Modes { values, right, left })
 }
@@ -484,9 +482,7 @@ pub fn hermitian_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
 /// The eigenvectors of a Hermitian matrix as columns, in ascending order of the eigenvalues; `None` if an entry is not
 /// finite.
 pub(crate) fn hermitian_eigenvectors(a: &DMatrix<Complex<f64>>) -> Option<DMatrix<Complex<f64>>> {
-    let decomposition = to_faer(a)?.self_adjoint_eigen(Side::Lower).ok()?;
-    let vectors = decomposition.U();
-    Some(DMatrix::from_fn(vectors.nrows(), vectors.ncols(), |i, j| vectors[(i, j)]))
+    Some(from_faer(to_faer(a)?.self_adjoint_eigen(Side::Lower).ok()?.U()))
 }
 
 /// The diagonal matrix with the given entries.

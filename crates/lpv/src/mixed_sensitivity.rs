@@ -8,7 +8,7 @@
 //!
 //! Source: S. Skogestad, I. Postlethwaite, "Multivariable Feedback Control", 2005, section 2.8.3.
 
-use crate::error::{ShapeError, SynthesisError};
+use crate::error::{SynthesisError, SystemError};
 use crate::matrix::{Mat, block};
 use crate::synthesis::{Design, Options, direct_path};
 use crate::system::state_space::StateSpace;
@@ -32,7 +32,7 @@ pub struct Weights {
 ///
 /// # Errors
 /// A weight with another number of inputs than its signal.
-pub fn augw(g: &StateSpace, weights: &Weights) -> Result<StateSpace, ShapeError> {
+pub fn augw(g: &StateSpace, weights: &Weights) -> Result<StateSpace, SystemError> {
     let (y, u) = g.d.shape();
     let n = g.a.nrows();
     // Each signal from x, w and u.
@@ -77,13 +77,13 @@ pub fn mixsyn(g: &StateSpace, weights: &Weights, options: Options) -> Result<Des
 }
 
 /// A weight for a number of signals.
-fn for_signal(weight: &StateSpace, signals: usize, name: &'static str) -> Result<StateSpace, ShapeError> {
+fn for_signal(weight: &StateSpace, signals: usize, name: &'static str) -> Result<StateSpace, SystemError> {
     let (outputs, inputs) = weight.d.shape();
     if inputs == signals {
         return Ok(weight.clone());
     }
     if (outputs, inputs) != (1, 1) {
-        return Err(ShapeError { name, found: (outputs, inputs), expected: (outputs, signals) });
+        return Err(SystemError::Shape { name, found: (outputs, inputs), expected: (outputs, signals) });
     }
     Ok(StateSpace::side_by_side(&vec![weight.clone(); signals]))
 }

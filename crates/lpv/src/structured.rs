@@ -56,7 +56,7 @@ pub const STARTS: usize = 16;
 /// Shapes: one gain for each direction. For the source see the top of this file.
 ///
 /// # Errors
-/// [`SynthesisError::Shape`] if structure and plant do not fit; [`SynthesisError::Numerical`] if no start reaches a
+/// [`SynthesisError::System`] if structure and plant do not fit; [`SynthesisError::Numerical`] if no start reaches a
 /// stable loop.
 pub fn minimax(
     plant: &GeneralisedPlant,
@@ -211,16 +211,7 @@ fn improved(plant: &GeneralisedPlant, structure: &Structure, tuned: Tuned, bound
     }
     let scheduled = !of.at(&gains).channels.is_empty();
     let gamma = if scheduled { certified.gamma } else { frozen_gain };
-    let design = Design {
-        controller: structure.controller(&gains),
-        gamma_optimum: gamma,
-        lower: 0.0,
-        multipliers: vec![],
-        gamma_design: gamma,
-        certified,
-        regularisation: None,
-        slow: None,
-    };
+    let design = Design::new(structure.controller(&gains), gamma, gamma, certified);
     TunedDesign { gains, frozen_gain, design }
 }
 

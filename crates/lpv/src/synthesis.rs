@@ -29,9 +29,7 @@ use crate::synthesis::balance::median_time_scale;
 use crate::synthesis::design::{FAR_ABOVE, repetitions};
 use crate::synthesis::direct::{Least, directly};
 use crate::synthesis::fast_modes::{Slowed, slowed};
-use crate::synthesis::least_gamma::{
-    at_best_time_scale, least_gamma_at, least_gamma_within, loop_time_scales,
-};
+use crate::synthesis::least_gamma::{at_best_time_scale, least_gamma_at, loop_time_scales};
 use crate::synthesis::regularity::findings;
 use crate::system::{GeneralisedPlant, LoopError};
 
@@ -113,59 +111,57 @@ pub fn is_least(plant: &GeneralisedPlant, gamma: f64, lower: f64) -> bool {
 /// The relative tolerance within which a gamma is called the least.
 pub const LEAST_WITHIN: f64 = 1e-3;
 
-/// [`synthesise`] by matrix inequalities only, for a plant with or without parameters.
+/// [`synthesise`] by matrix inequalities only, for a plant with or without parameters: attempts in turn, until one is
+/// near enough to the least gamma; the best is taken.
 ///
 /// # Errors
 /// As [`synthesise`].
 pub fn by_inequalities(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
     let least = at_best_time_scale(plant, options);
+    let mut best = directly(plant, &least, options);
     if options.quick {
-        return directly(plant, &least, options);
+        return best;
     }
-    let outcome = in_loop_time(plant, as_given(plant, &least, options), options);
-    let far =
-        |design: &Design| design.gamma_design > (1.0 + FAR_ABOVE * options.back_off) * design.gamma_optimum;
-    match &outcome {
-        Ok(design) if !far(design) => return outcome,
-        Ok(_) | Err(SynthesisError::Numerical { .. }) => {}
-        Err(_) => return outcome,
+    // The bound of a closed loop uses skew scalings: it says nothing of the least gamma without them.
+    if options.scalings != ScalingClass::Symmetric {
+        best = with_slowed_modes(plant, best, options);
     }
-    let least = least.as_ref().ok().map(|(_, least)| least);
-    match (regularise::design(plant, least, options), outcome) {
-        (Some(added), Ok(given)) if added.certified.gamma >= given.certified.gamma => Ok(given),
-        (Some(added), _) => Ok(added),
-        (None, outcome) => outcome,
+    let far = 1.0 + FAR_ABOVE * options.back_off;
+    let is_far = |design: &Design| design.certified.gamma > far * design.gamma_optimum;
+    // The coordinates in which the least gamma was found may be too badly conditioned for a controller.
+    if options.accuracy <= ROUGH && may_gain(&best, is_far) {
+        for time_scale in loop_time_scales(plant).into_iter().take(repetitions(plant)) {
+            let least = least_gamma_at(plant, options, Some(time_scale));
+            best = better(best, directly(plant, &least, options).ok());
+        }
+    }
+    if may_gain(&best, |design| design.gamma_design > far * design.gamma_optimum) {
+        let least = least.as_ref().ok().map(|(_, least)| least);
+        best = better(best, regularise::design(plant, least, options));
+    }
+    best
+}
+
+/// Whether another attempt may be better: a design does not satisfy, or the numerics failed.
+fn may_gain(outcome: &Result<Design, SynthesisError>, is_poor: impl Fn(&Design) -> bool) -> bool {
+    match outcome {
+        Ok(design) => is_poor(design),
+        Err(error) => matches!(error, SynthesisError::Numerical { .. }),
     }
 }
 
-/// The outcome, or a design with time in units of the closed loop if that is better: the coordinates in which the least
-/// gamma was found may be too badly conditioned for a controller.
-fn in_loop_time(
-    plant: &GeneralisedPlant,
-    outcome: Result<Design, SynthesisError>,
-    options: Options,
-) -> Result<Design, SynthesisError> {
-    let near = |d: &Design| d.certified.gamma <= (1.0 + FAR_ABOVE * options.back_off) * d.gamma_optimum;
-    let may_gain = match &outcome {
-        Ok(design) => !near(design),
-        Err(error) => matches!(error, SynthesisError::Numerical { .. }),
-    };
-    if !may_gain || options.accuracy > ROUGH {
-        return outcome;
-    }
-    let time_scales = loop_time_scales(plant).into_iter().take(repetitions(plant));
-    let designs = time_scales.filter_map(|time_scale| {
-        directly(plant, &least_gamma_at(plant, options, Some(time_scale)), options).ok()
-    });
-    designs.fold(outcome, |best, found| match best {
-        Ok(best) if best.certified.gamma <= found.certified.gamma => Ok(best),
-        Ok(best) => Ok(Design {
+/// The design of the lower bound, with what both say of the least gamma; of equals the first.
+fn better(best: Result<Design, SynthesisError>, found: Option<Design>) -> Result<Design, SynthesisError> {
+    match (best, found) {
+        (Ok(best), Some(found)) if found.certified.gamma < best.certified.gamma => Ok(Design {
             gamma_optimum: best.gamma_optimum.min(found.gamma_optimum),
             lower: best.lower.max(found.lower),
+            multipliers: if found.multipliers.is_empty() { best.multipliers } else { found.multipliers },
             ..found
         }),
-        Err(_) => Ok(found),
-    })
+        (Err(_), Some(found)) => Ok(found),
+        (best, _) => best,
+    }
 }
 
 /// A required accuracy larger than this marks one of many trial designs, for which nothing is repeated.
@@ -173,26 +169,31 @@ const ROUGH: f64 = 1e-3;
 
 /// [`by_inequalities`] without repetitions, for one of many intermediate controllers.
 pub(crate) fn synthesise_once(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
-    let least = least_gamma_within(plant, options);
-    directly(plant, &least, options)
+    directly(plant, &least_gamma_at(plant, options, None), options)
 }
 
-/// The design for the plant as given.
-fn as_given(plant: &GeneralisedPlant, least: &Least, options: Options) -> Result<Design, SynthesisError> {
-    let outcome = directly(plant, least, options);
-    // The bound of a closed loop uses skew scalings: it says nothing of the least gamma without them.
-    if options.scalings == ScalingClass::Symmetric || is_settled(&outcome, options) {
-        return outcome;
+/// The best design, also of plants with their fast modes slowed, unless it cannot be improved.
+fn with_slowed_modes(
+    plant: &GeneralisedPlant,
+    mut best: Result<Design, SynthesisError>,
+    options: Options,
+) -> Result<Design, SynthesisError> {
+    let is_open = |design: &Design| {
+        let (least, proved) = (design.gamma_optimum, design.certified.gamma);
+        design.lower < (1.0 - OPEN_GAP) * least || proved > (1.0 + 2.0 * options.back_off) * least
+    };
+    if !may_gain(&best, is_open) {
+        return best;
     }
-    let mut best = outcome;
     for slowed in slowed(plant).into_iter().take(repetitions(plant)) {
-        let least = least_gamma_within(&slowed.plant, options);
+        let least = least_gamma_at(&slowed.plant, options, None);
         let found = directly(&slowed.plant, &least, options);
-        let settled = is_settled(&found, options);
-        let faster = |found| for_given_plant(plant, (&slowed, &least), found, &best, options);
-        if let Some(design) = found.ok().and_then(faster) {
-            best = Ok(design);
-            if settled {
+        let is_settled = !may_gain(&found, is_open);
+        let found =
+            found.ok().and_then(|found| for_given_plant(plant, (&slowed, &least), found, &best, options));
+        if found.is_some() {
+            best = better(best, found);
+            if is_settled {
                 break;
             }
         }
@@ -202,17 +203,6 @@ fn as_given(plant: &GeneralisedPlant, least: &Least, options: Options) -> Result
 
 /// A relative gap between gamma and its lower bound above which the least gamma is uncertain.
 const OPEN_GAP: f64 = 0.01;
-
-/// Whether no further search can help: the problem is infeasible, or gamma and the controller are near their limits.
-fn is_settled(outcome: &Result<Design, SynthesisError>, options: Options) -> bool {
-    match outcome {
-        Ok(design) => {
-            let (least, proved) = (design.gamma_optimum, design.certified.gamma);
-            design.lower >= (1.0 - OPEN_GAP) * least && proved <= (1.0 + 2.0 * options.back_off) * least
-        }
-        Err(error) => !matches!(error, SynthesisError::Numerical { .. }),
-    }
-}
 
 /// A design for a slowed plant, with the bound of the loop that its controller closes with the given plant, if that is
 /// better than the known design.
@@ -228,21 +218,15 @@ fn for_given_plant(
         bounded_gain(&closed, &LoopError::none(&closed), &slowed.restored(&found.certified)).ok()
     };
     let certified = bound(&found)?;
-    let better = known.as_ref().map_or(true, |known| certified.gamma < known.certified.gamma);
-    if !better {
+    if known.as_ref().is_ok_and(|known| certified.gamma >= known.certified.gamma) {
         return None;
     }
     // A loop closer to the least gamma gives a better estimate of it.
     let nearer = Options { back_off: NEARER_BACK_OFF * options.back_off, ..options };
     let nearer = directly(&slowed.plant, least, nearer).ok().and_then(|found| bound(&found));
-    let mut gamma_optimum = nearer.map_or(certified.gamma, |nearer| nearer.gamma.min(certified.gamma));
-    let (mut lower, mut multipliers) = (0.0, vec![]);
-    if let Ok(known) = known {
-        gamma_optimum = gamma_optimum.min(known.gamma_optimum);
-        (lower, multipliers) = (known.lower, known.multipliers.clone());
-    }
-    let within = options.gamma_limit.is_none_or(|limit| gamma_optimum <= limit);
-    within.then_some(Design { gamma_optimum, lower, multipliers, certified, ..found })
+    let gamma_optimum = nearer.map_or(certified.gamma, |nearer| nearer.gamma.min(certified.gamma));
+    let within = known.is_ok() || options.gamma_limit.is_none_or(|limit| gamma_optimum <= limit);
+    within.then_some(Design { gamma_optimum, lower: 0.0, multipliers: vec![], certified, ..found })
 }
 
 /// The relative back-off of a loop closed only to estimate the least gamma, as a factor of the back-off.

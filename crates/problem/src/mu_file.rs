@@ -52,11 +52,12 @@ pub struct MuProblem {
 }
 
 object! {
+    file
     /// The content of `data`, or of the file.
     Data {
-        "data" data: Box<Data>, "M" m: Matrix<Number>, "P" p: System, "blocks" blocks: Vec<[f64; 2]>,
-        "performance" performance: [f64; 2], "size" size: f64, "dt" dt: f64
-    } with notes
+        "M" m: Matrix<Number>, "P" p: System, "blocks" blocks: Vec<[f64; 2]>, "performance" performance: [f64; 2],
+        "size" size: f64, "dt" dt: f64;
+    }
 }
 
 /// An entry of M.
@@ -86,44 +87,50 @@ impl Number {
 /// # Errors
 /// [`Error::Problem`] with file and key, also if the blocks do not fit.
 pub fn mu_problem(source: &Source) -> Result<MuProblem, Error> {
-    let mut data: Data = source.json()?;
-    if let Some(inner) = data.data.take() {
-        if let Some(key) = data.keys().chain(inner.keys().filter(|key| *key == "data")).next() {
-            return Err(source.wrong(key, "is out of place; it stands in 'data'"));
-        }
-        data = *inner;
-    }
-    let mut perturbed = match (&data.m, data.p.take()) {
+    let mut data = Data::read(source)?;
+    let perturbed = match (data.m.take(), data.p.take()) {
         (Some(_), Some(_)) => {
             return Err(source.wrong("M", "and 'P' are both given; give a matrix M or a system P"));
         }
         (Some(m), None) => Perturbed::Matrix(complex_matrix(source, &m.0)?),
         (None, Some(p)) => Perturbed::System(p.state_space(source)?),
         (None, None) => {
-            return Err(
-                source.wrong("M", "is missing; a problem has a matrix M, or a system P with A, B, C and D")
-            );
+            let words = "is missing; a problem has a matrix M, or a system P with A, B, C and D";
+            return Err(source.wrong("M", words));
         }
     };
     let structure = structure(source, &data)?;
     let performance = performance(source, &data)?;
     let sample_time = sample_time(source, data.dt)?;
-    if matches!(perturbed, Perturbed::Matrix(_)) {
-        let beside = [("performance", performance.is_some()), ("dt", sample_time.is_some())];
-        if let Some((key, _)) = beside.into_iter().find(|(_, is_given)| *is_given) {
-            return Err(source.wrong(key, "goes with a system P, not with a matrix M"));
-        }
-    }
     let (w, z) = performance.map_or((0, 0), |(w, z, _)| (w, z));
-    check_shape(source, &perturbed, &structure, w, z)?;
+    let (rows, columns) = (structure.cols() + z, structure.rows() + w);
+    let check = |key: &str, found: (usize, usize)| {
+        let words = format!("is {} x {}; for these blocks it must be {rows} x {columns}", found.0, found.1);
+        if found == (rows, columns) { Ok(()) } else { Err(source.wrong(key, words)) }
+    };
     let mut discrete = None;
-    if let (Perturbed::System(system), Some(time)) = (&mut perturbed, sample_time) {
-        let (transform, continuous) = in_continuous_time(source, system, time)?;
-        (*system, discrete) = (continuous, Some(transform));
-    }
-    let perturbed = match (perturbed, performance) {
-        (Perturbed::System(system), Some((_, _, size))) => Perturbed::WithPerformance(system, size),
-        (perturbed, _) => perturbed,
+    let perturbed = match perturbed {
+        Perturbed::System(mut system) => {
+            check("D", system.d.shape())?;
+            if let Some(time) = sample_time {
+                let (transform, continuous) = in_continuous_time(source, &system, time)?;
+                (system, discrete) = (continuous, Some(transform));
+            }
+            match performance {
+                Some((_, _, size)) => Perturbed::WithPerformance(system, size),
+                None => Perturbed::System(system),
+            }
+        }
+        other => {
+            let beside = [("performance", performance.is_some()), ("dt", sample_time.is_some())];
+            if let Some((key, _)) = beside.into_iter().find(|(_, is_given)| *is_given) {
+                return Err(source.wrong(key, "goes with a system P, not with a matrix M"));
+            }
+            if let Perturbed::Matrix(m) = &other {
+                check("M", m.shape())?;
+            }
+            other
+        }
     };
     Ok(MuProblem { perturbed, structure, discrete })
 }
@@ -188,24 +195,4 @@ fn complex_matrix(source: &Source, rows: &[Vec<Number>]) -> Result<CMat, Error> 
         return Err(source.wrong("M", "is empty; it must be a list of rows of [re, im] pairs or of numbers"));
     }
     Ok(CMat::from_fn(rows.len(), width, |i, j| rows[i][j].value()))
-}
-
-/// Checks the shape of the matrix or of D for `w` performance inputs and `z` performance outputs.
-fn check_shape(
-    source: &Source,
-    perturbed: &Perturbed,
-    structure: &Structure,
-    w: usize,
-    z: usize,
-) -> Result<(), Error> {
-    let (key, found) = match perturbed {
-        Perturbed::Matrix(m) => ("M", m.shape()),
-        Perturbed::System(p) | Perturbed::WithPerformance(p, _) => ("D", p.d.shape()),
-    };
-    let (rows, columns) = (structure.cols() + z, structure.rows() + w);
-    if found == (rows, columns) {
-        return Ok(());
-    }
-    let words = format!("is {} x {}; for these blocks it must be {rows} x {columns}", found.0, found.1);
-    Err(source.wrong(key, words))
 }

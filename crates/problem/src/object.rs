@@ -4,26 +4,38 @@ use crate::error::Error;
 use crate::source::Source;
 use serde::Deserialize;
 use squid_certificate::Rows;
-use squid_lpv::error::ShapeError;
 use squid_lpv::matrix::Mat;
 use squid_lpv::state_space::StateSpace;
 
 /// Numbers above this overflow in the products of the matrix inequalities.
 const LARGEST: f64 = 1e100;
 
-/// An object whose keys may all be missing; with `notes`, those of [`NOTES`](crate::source::NOTES) are allowed and have
-/// no effect.
+/// An object whose keys may all be missing: values, then matrices. A `file` is one whose keys may also stand in `data`,
+/// and in which comments are allowed, without effect.
 macro_rules! object {
-    ($(#[$meta:meta])* $name:ident { $($key:literal $field:ident: $type:ty),* $(,)? }) => {
-        $crate::object::object!($(#[$meta])* $name { $($key $field: $type),* } with);
-    };
-    ($(#[$meta:meta])* $name:ident { $($key:literal $field:ident: $type:ty),* $(,)? } with notes) => {
-        $crate::object::object!($(#[$meta])* $name { $($key $field: $type),* } with
+    (file $(#[$meta:meta])* $name:ident {
+        $($key:literal $field:ident: $type:ty),*; $($matrix:literal $of:ident),*
+    }) => {
+        $crate::object::object!($(#[$meta])* $name {
+            "data" data: Box<$name>, $($key $field: $type),*; $($matrix $of),* }
             "kind" _kind "name" _name "source" _source "tests" _tests "expected" _expected "note" _note
             "notes" _notes "right" _right "unit" _unit "convention" _convention "Bt_scale" _bt_scale "G" _g);
+
+        impl $name {
+            /// Reads a file; its keys stand in `data`, if that is there.
+            pub(crate) fn read(source: &Source) -> Result<Self, Error> {
+                let mut read: Self = source.json()?;
+                let Some(inner) = read.data.take() else { return Ok(read) };
+                match read.keys().next() {
+                    Some(key) => Err(source.misplaced(key, "in 'data'")),
+                    None if inner.data.is_some() => Err(source.wrong("data", "stands in 'data' again; leave one out")),
+                    None => Ok(*inner),
+                }
+            }
+        }
     };
-    ($(#[$meta:meta])* $name:ident { $($key:literal $field:ident: $type:ty),* $(,)? }
-        with $($note:literal $ignored:ident)*) => {
+    ($(#[$meta:meta])* $name:ident { $($key:literal $field:ident: $type:ty),*; $($matrix:literal $of:ident),* }
+        $($note:literal $ignored:ident)*) => {
         $(#[$meta])*
         #[derive(Debug, Default, serde::Deserialize)]
         #[serde(deny_unknown_fields, default, expecting = "an object")]
@@ -31,14 +43,24 @@ macro_rules! object {
             $(#[doc = concat!("The key `", $key, "`.")]
             #[serde(rename = $key, deserialize_with = "squid_certificate::given")]
             pub $field: Option<$type>,)*
+            $(#[serde(rename = $matrix, deserialize_with = "squid_certificate::given")]
+            $of: Option<$crate::object::Matrix>,)*
             $(#[serde(rename = $note)]
             $ignored: serde::de::IgnoredAny,)*
         }
 
+        #[allow(dead_code, reason = "not every object is asked for its keys or has matrices")]
         impl $name {
             /// The given keys without those of comments.
-            pub fn keys(&self) -> impl Iterator<Item = &'static str> {
-                [$(($key, self.$field.is_some())),*].into_iter().filter(|key| key.1).map(|key| key.0)
+            fn keys(&self) -> impl Iterator<Item = &'static str> {
+                [$(($key, self.$field.is_some()),)* $(($matrix, self.$of.is_some())),*]
+                    .into_iter().filter(|key| key.1).map(|key| key.0)
+            }
+
+            /// Takes the given matrices.
+            fn take(&mut self) -> $crate::object::Given {
+                let all: Vec<(&'static str, Option<$crate::object::Matrix>)> = vec![$(($matrix, self.$of.take())),*];
+                all.into_iter().filter_map(|(key, matrix)| Some((key, matrix?))).collect()
             }
         }
     };
@@ -89,25 +111,6 @@ impl From<&Rows> for Matrix {
     }
 }
 
-impl Matrix {
-    /// The matrix; without rows it has `columns` columns.
-    fn of(&self, columns: usize) -> Mat {
-        let width = self.0.first().map_or(columns, Vec::len);
-        Mat::from_fn(self.0.len(), width, |i, j| self.0[i][j].0)
-    }
-}
-
-/// The size of a matrix if its entries do not give it.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Size {
-    /// Number of rows.
-    pub rows: usize,
-    /// Number of columns.
-    pub columns: usize,
-    /// Whether it may be left out, as it has no entries.
-    pub optional: bool,
-}
-
 /// Given matrices, by key.
 pub type Given = Vec<(&'static str, Matrix)>;
 
@@ -121,40 +124,37 @@ pub struct Matrices<'a> {
 }
 
 impl Matrices<'_> {
-    fn find(&self, key: &str, columns: usize) -> Option<Mat> {
-        self.given.iter().find(|(name, _)| *name == key).map(|(_, matrix)| matrix.of(columns))
+    /// The rows of a matrix, if it is given.
+    pub fn rows(&self, key: &str) -> Option<&[Vec<Entry>]> {
+        self.given.iter().find(|(name, _)| *name == key).map(|(_, matrix)| matrix.0.as_slice())
     }
 
-    /// A matrix; if it has no entries and is optional, it may be omitted.
+    /// A matrix of a shape; zero if it is optional and omitted or without entries.
     ///
     /// # Errors
-    /// [`Error::Problem`] if it is missing.
-    pub fn get(&self, key: &str, size: Size) -> Result<Mat, Error> {
-        match self.find(key, size.columns) {
-            Some(matrix) if !(size.optional && matrix.is_empty()) => Ok(matrix),
-            None if !size.optional => Err(self.source.wrong(key, "is missing")),
-            _ => Ok(Mat::zeros(size.rows, size.columns)),
+    /// [`Error::Problem`] if it is missing or has another shape.
+    pub fn get(&self, key: &str, (rows, columns): (usize, usize), optional: bool) -> Result<Mat, Error> {
+        let given = self.rows(key);
+        if given.is_none() && !optional {
+            return Err(self.source.wrong(key, "is missing"));
         }
-    }
-
-    /// A matrix; zero if omitted.
-    ///
-    /// # Errors
-    /// [`Error::Problem`] when it has another shape.
-    pub fn or_zero(&self, key: &'static str, rows: usize, columns: usize) -> Result<Mat, Error> {
-        let expected = (rows, columns);
-        match self.find(key, columns).filter(|matrix| matrix.shape() != (0, 0)) {
-            Some(matrix) if matrix.shape() != expected => {
-                Err(self.source.wrong("", ShapeError { name: key, found: matrix.shape(), expected }))
-            }
-            found => Ok(found.unwrap_or_else(|| Mat::zeros(rows, columns))),
+        let given = given.unwrap_or_default();
+        let found = (given.len(), given.first().map_or(columns, Vec::len));
+        if optional && found.0 * found.1 == 0 {
+            return Ok(Mat::zeros(rows, columns));
         }
+        if found != (rows, columns) {
+            let words = "with the other matrices it must be";
+            let words = format!("is {} x {}; {words} {rows} x {columns}", found.0, found.1);
+            return Err(self.source.wrong(key, words));
+        }
+        Ok(Mat::from_fn(rows, columns, |i, j| given[i][j].0))
     }
 
     /// The shape of the first of these matrices that has rows, `(0, 0)` if none has.
     pub fn shape(&self, keys: &[&str]) -> (usize, usize) {
-        let found = keys.iter().filter_map(|key| self.find(key, 0));
-        found.map(|matrix| matrix.shape()).find(|shape| shape.0 > 0).unwrap_or_default()
+        let found = keys.iter().find_map(|key| self.rows(key).filter(|rows| !rows.is_empty()));
+        found.map_or((0, 0), |rows| (rows.len(), rows[0].len()))
     }
 
     /// Checks that the matrix `key`, if present, is the identity.
@@ -162,14 +162,11 @@ impl Matrices<'_> {
     /// # Errors
     /// [`Error::Problem`] with the first entry that differs, and what it must be.
     pub fn only_identity(&self, key: &str, words: &str) -> Result<(), Error> {
-        let Some(matrix) = self.find(key, 0) else { return Ok(()) };
-        for i in 0..matrix.nrows() {
-            for j in 0..matrix.ncols() {
-                let entry = matrix[(i, j)];
-                if entry != f64::from(u8::from(i == j)) {
-                    let reason = format!("is {entry} in row {}, column {}; it must be {words}", i + 1, j + 1);
-                    return Err(self.source.wrong(key, reason));
-                }
+        for (i, row) in self.rows(key).unwrap_or_default().iter().enumerate() {
+            let differs = |(j, entry): &(usize, &Entry)| entry.0 != f64::from(u8::from(i == *j));
+            if let Some((j, entry)) = row.iter().enumerate().find(differs) {
+                let reason = format!("is {} in row {}, column {}; it must be {words}", entry.0, i + 1, j + 1);
+                return Err(self.source.wrong(key, reason));
             }
         }
         Ok(())
@@ -178,7 +175,7 @@ impl Matrices<'_> {
 
 object! {
     /// A system `x' = A x + B w, z = C x + D w`.
-    System { "A" a: Matrix, "B" b: Matrix, "C" c: Matrix, "D" d: Matrix }
+    System {; "A" a, "B" b, "C" c, "D" d }
 }
 
 impl System {
@@ -186,27 +183,11 @@ impl System {
     ///
     /// # Errors
     /// [`Error::Problem`] if a matrix is missing or has another shape.
-    pub fn state_space(self, source: &Source) -> Result<StateSpace, Error> {
-        let all = [("A", self.a), ("B", self.b), ("C", self.c), ("D", self.d)];
-        let given = all.into_iter().filter_map(|(key, matrix)| Some((key, matrix?))).collect();
-        let m = Matrices { source, given };
-        let (a, d) = (m.get("A", Size::default())?, m.get("D", Size::default())?);
-        let (n, (outputs, inputs)) = (a.nrows(), d.shape());
-        let size = |rows, columns| Size { rows, columns, optional: n == 0 };
-        let b = m.get("B", size(n, inputs))?;
-        let c = m.get("C", size(outputs, n))?;
-        for (key, matrix, (rows, columns)) in
-            [("A", &a, (n, n)), ("B", &b, (n, inputs)), ("C", &c, (outputs, n))]
-        {
-            if matrix.shape() != (rows, columns) {
-                let (found_rows, found_columns) = matrix.shape();
-                let words = format!(
-                    "is {found_rows} x {found_columns}; with the other matrices it must be {rows} x {columns}"
-                );
-                return Err(source.wrong(key, words));
-            }
-        }
-        Ok(StateSpace { a, b, c, d })
+    pub fn state_space(mut self, source: &Source) -> Result<StateSpace, Error> {
+        let m = Matrices { source, given: self.take() };
+        let (n, (z, w)) = (m.shape(&["A"]).0, m.shape(&["D"]));
+        let (d, a) = (m.get("D", (z, w), false), m.get("A", (n, n), false)?);
+        Ok(StateSpace { a, d: d?, b: m.get("B", (n, w), n == 0)?, c: m.get("C", (z, n), n == 0)? })
     }
 }
 

@@ -8,10 +8,10 @@
 //! ```
 //!
 //! A certificate is also a problem file: its plant is read. Matrices are lists of rows; the partition is that of
-//! `squid_lpv::plant`. Sizes follow from any matrix that has them: a plant without states has `"A": []`, and the numbers of
-//! inputs and outputs of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key may occur twice,
-//! and other keys are not allowed, except for comments: `kind`, `name`, `source`, `tests`, `expected`, `note`, `notes`,
-//! `right` and `unit`, and `convention`, `Bt_scale` and `G` of published cases.
+//! `squid_lpv::plant`. Sizes follow from any matrix that has them: a plant without states has `"A": []`, and the
+//! numbers of inputs and outputs of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key may
+//! occur twice, and other keys are not allowed, except for comments: `kind`, `name`, `source`, `tests`, `expected`,
+//! `note`, `notes`, `right` and `unit`, and `convention`, `Bt_scale` and `G` of published cases.
 //!
 //! `rate`, next to `blocks`, is the bound on `|theta'|` of a plant with one parameter, in units of theta per unit of
 //! time; without it the rates are arbitrary. `dt`, in either kind, is the sample time (s) of a plant in discrete time,
@@ -23,13 +23,13 @@
 
 use crate::discrete::{Discrete, POLES_AT_BOTH_ENDS};
 use crate::error::Error;
-use crate::object::{Given, Matrices, Matrix, Size, System, checked, object};
+use crate::object::{Given, Matrices, Matrix, System, checked, object};
 use crate::source::Source;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use squid_certificate::from_json;
 use squid_lpv::matrix::Mat;
-use squid_lpv::partition::Group::{W, X, Z};
+use squid_lpv::partition::Group::{U, W, Y, Z};
 use squid_lpv::partition::{NamedBlock, PLANT, Sizes, names};
 use squid_lpv::plant::GeneralisedPlant;
 use squid_proof::claim::parse;
@@ -47,33 +47,20 @@ pub struct Problem {
     pub discrete: Option<Discrete>,
 }
 
-/// The keys of a file, or of its `data`.
+/// The objects with the matrices of a plant.
 macro_rules! plant {
     ($($key:literal $field:ident),*) => {
         object! {
             /// The matrices of a plant.
-            PlantFile { $($key $field: Matrix),* }
+            PlantFile {; $($key $field),* }
         }
 
         object! {
+            file
             /// The content of `data`, or of the file: a plant with what belongs to it.
             Data {
-                "data" data: Box<Data>, "P" p: PlantFile, "plant" plant: PlantFile, "blocks" blocks: Vec<f64>,
-                "rate" rate: f64, "dt" dt: f64, "K" k: System,
-                "sample_time" sample_time: f64, "delay" delay: f64, "held" held: bool, $($key $field: Matrix),*
-            } with notes
-        }
-
-        impl PlantFile {
-            fn given(self) -> Given {
-                [$(($key, self.$field)),*].into_iter().filter_map(|(key, matrix)| Some((key, matrix?))).collect()
-            }
-        }
-
-        impl Data {
-            /// The matrices that stand here.
-            fn take_plant(&mut self) -> PlantFile {
-                PlantFile { $($field: self.$field.take()),* }
+                "P" p: PlantFile, "plant" plant: PlantFile, "blocks" blocks: Vec<f64>, "rate" rate: f64, "dt" dt: f64,
+                "K" k: System, "sample_time" sample_time: f64, "delay" delay: f64, "held" held: bool; $($key $field),*
             }
         }
     };
@@ -138,7 +125,7 @@ fn read(source: &Source, with_control: bool) -> Result<Problem, Error> {
             matrices.chain(certificate.plant.direct_path().map(|rows| ("D22", Matrix::from(rows)))).collect();
         let blocks = certificate.blocks.iter().map(|r| *r as f64).collect();
         let dt = certificate.discrete.then_some(1.0);
-        let data = Data { p: Some(PlantFile::default()), blocks: Some(blocks), dt, ..Data::default() };
+        let data = Data { blocks: Some(blocks), dt, ..Data::default() };
         return built(source, matrices, &data, with_control);
     }
     let words = "is for sampled loops; the sample time of a plant in discrete time is 'dt'";
@@ -148,58 +135,40 @@ fn read(source: &Source, with_control: bool) -> Result<Problem, Error> {
 
 /// The matrices of the plant, and the rest; the keys `others` belong to another kind of problem.
 fn data(source: &Source, others: &[&str], words: &str) -> Result<(Given, Data), Error> {
-    let mut data: Data = source.json()?;
-    let misplaced = |key: &str, place: &str| source.wrong(key, format!("is out of place; it stands {place}"));
-    if let Some(inner) = data.data.take() {
-        if let Some(key) = data.keys().next() {
-            return Err(misplaced(key, "in 'data'"));
-        }
-        data = *inner;
-    }
+    let mut data = Data::read(source)?;
     if let Some(key) = data.keys().find(|key| others.contains(key)) {
         return Err(source.wrong(key, words));
     }
-    let here = data.take_plant();
-    let plant = match (data.p.take(), data.plant.take()) {
-        (Some(_), Some(_)) => {
-            return Err(source.wrong("P", "and 'plant' are both given; leave one of them out"));
-        }
-        (None, None) => {
-            if let Some(key) = data.keys().find(|key| ["blocks", "rate"].contains(key)) {
-                return Err(misplaced(key, "beside a plant 'P' with parameters"));
-            }
-            return Ok((here.given(), data));
-        }
-        (one, other) => one.or(other).unwrap_or_default(),
-    };
-    if let Some(key) = here.keys().chain(data.data.iter().map(|_| "data")).next() {
-        return Err(misplaced(key, "in 'P'"));
+    if data.p.is_some() && data.plant.is_some() {
+        return Err(source.wrong("P", "and 'plant' are both given; leave one of them out"));
     }
-    data.p = Some(PlantFile::default());
-    Ok((plant.given(), data))
+    let here = data.take();
+    if let Some(mut plant) = data.p.take().or(data.plant.take()) {
+        return match here.first() {
+            Some((key, _)) => Err(source.misplaced(key, "in 'P'")),
+            None => Ok((plant.take(), data)),
+        };
+    }
+    if let Some(key) = data.keys().find(|key| ["blocks", "rate"].contains(key)) {
+        return Err(source.misplaced(key, "beside a plant 'P' with parameters"));
+    }
+    data.blocks = Some(vec![]);
+    Ok((here, data))
 }
 
-/// The problem of a file; `data` has an empty `P` if the plant may have parameters.
+/// The problem of a file.
 fn built(source: &Source, given: Given, data: &Data, with_control: bool) -> Result<Problem, Error> {
-    let blocks = if data.p.is_some() { blocks(source, data)? } else { vec![] };
-    let matrices = Matrices { source, given };
-    let parts = partition(&matrices, &blocks, with_control)?;
-    let shape_of =
-        |row, column| parts.iter().find(|part| (part.0, part.1) == (row, column)).map(|part| part.2.shape());
-    if shape_of(X, W).is_some_and(|(_, columns)| columns == 0) {
-        return Err(source.wrong("B1", no_performance("columns", "no disturbance w")));
-    }
-    if shape_of(Z, X).is_some_and(|(rows, _)| rows == 0) {
-        return Err(source.wrong("C1", no_performance("rows", "no output z")));
-    }
-    let plant = GeneralisedPlant::new(blocks, &parts).map_err(|shape| source.wrong("", shape))?;
+    let blocks = blocks(source, data)?;
+    let parts = partition(&Matrices { source, given }, &blocks, with_control)?;
+    let mut plant = GeneralisedPlant::new(blocks, &parts).map_err(|shape| source.wrong("", shape))?;
+    let d22 = plant.parts.block(Y, U);
+    plant.parts.block_mut(Y, U).fill(0.0);
     if with_control && plant.parts.join(&[Z], PLANT.1).amax() == 0.0 {
         return Err(source.wrong("C1", NOTHING_IN_Z));
     }
     if with_control && plant.parts.join(PLANT.0, &[W]).amax() == 0.0 {
         return Err(source.wrong("B1", NOTHING_FROM_W));
     }
-    let d22 = matrices.or_zero("D22", plant.sizes().y, plant.sizes().u)?;
     let rate = rate(source, data, &plant, &d22)?;
     let Some(sample_time) = sample_time(source, data.dt)? else {
         return Ok(Problem { plant, d22, rate, discrete: None });
@@ -277,19 +246,27 @@ fn no_performance(part: &str, missing: &str) -> String {
 
 /// The plant's blocks; a matrix without rows or columns may be omitted, unless it determines sizes.
 fn partition(m: &Matrices<'_>, blocks: &[usize], with_control: bool) -> Result<Vec<NamedBlock>, Error> {
-    let a = m.get("A", Size::default())?;
-    let n = a.nrows();
+    let n = m.shape(&["A"]).0;
+    let a = m.get("A", (n, n), false)?;
     m.only_identity("E", IMPROPER)?;
     let (w, u) = (m.shape(&["B1", "D11", "D21", "Dt1"]).1, m.shape(&["B2", "D12", "Dt2"]).1);
     let (z, y) = (m.shape(&["C1", "D11", "D12", "D1t"]).0, m.shape(&["C2", "D21", "D2t"]).0);
     let sizes = Sizes { x: n, t: blocks.iter().sum(), w, u, z, y };
+    for (key, size, part, missing) in
+        [("B1", w, "columns", "no disturbance w"), ("C1", z, "rows", "no output z")]
+    {
+        if size == 0 && (n == 0 || m.rows(key).is_some()) {
+            return Err(m.source.wrong(key, no_performance(part, missing)));
+        }
+    }
     let part = |(key, row, column)| {
+        let shape = (sizes.of(row), sizes.of(column));
         let required = n > 0 && (matches!(key, "B1" | "C1") || with_control && matches!(key, "B2" | "C2"));
-        let (rows, columns) = (sizes.of(row), sizes.of(column));
-        let size = Size { rows, columns, optional: !required && (rows == 0 || columns == 0) };
-        Ok((row, column, if key == "A" { a.clone() } else { m.get(key, size)? }))
+        let is_zero = key == "D22" && m.rows(key).is_none();
+        let optional = is_zero || !required && (shape.0 == 0 || shape.1 == 0);
+        Ok((row, column, if key == "A" { a.clone() } else { m.get(key, shape, optional)? }))
     };
-    names(PLANT).filter(|(key, _, _)| *key != "D22").map(part).collect()
+    names(PLANT).map(part).collect()
 }
 
 const IMPROPER: &str = "the identity, or left out: with a singular E the plant, or a weight in it, is not \
@@ -397,7 +374,11 @@ mod tests {
             (r#""A": [[-1.0]]"#, r#""A": [[-1e101]]"#, "'A[0][0]': found -1e101, must be at most 1e100"),
             (r#""A": [[-1.0]]"#, r#""A": [[Infinity]]"#, "not proper"),
             (r#""A": [[-1.0]]"#, r#""A": [[1e999]]"#, "not proper"),
-            (r#""D21": [[1.0]]"#, r#""D21": [[1.0, 2.0]]"#, "D21 is 1 x 2, it must be 1 x 1"),
+            (
+                r#""D21": [[1.0]]"#,
+                r#""D21": [[1.0, 2.0]]"#,
+                "'D21' is 1 x 2; with the other matrices it must be 1 x 1",
+            ),
             (r#""D21": [[1.0]]"#, r#""D21": [[1.0, 2.0], [1.0]]"#, "'D21': rows of different lengths"),
             (r#""D21": [[1.0]]"#, r#""D21": [[1.0]], "A": [[0.0]]"#, "duplicate field `A`"),
             (r#""D21": [[1.0]]"#, r#""note": "inf", "D21": [[1.0]]]"#, "is not JSON"),

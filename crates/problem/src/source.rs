@@ -31,6 +31,11 @@ impl Source {
         Error::Problem { file: self.name.clone(), reason: format!("{key}{reason}") }
     }
 
+    /// An error of a key that stands at another place than it should.
+    pub fn misplaced(&self, key: &str, place: &str) -> Error {
+        self.wrong(key, format!("is out of place; it stands {place}"))
+    }
+
     /// Reads the text as strictly as a certificate.
     ///
     /// # Errors
@@ -64,21 +69,8 @@ impl Source {
     }
 }
 
-/// Keys of comments in a file, next to `data` or in it; they have no effect.
-pub const NOTES: [&str; 12] = [
-    "kind",
-    "name",
-    "source",
-    "tests",
-    "expected",
-    "note",
-    "notes",
-    "right",
-    "unit",
-    "convention",
-    "Bt_scale",
-    "G",
-];
+/// The first key of comments in the list of keys that are known.
+const FIRST_NOTE: &str = "kind";
 
 /// Keys, and where they belong.
 const PLACES: [(&[&str], &str); 3] = [
@@ -92,7 +84,7 @@ const PLACES: [(&[&str], &str); 3] = [
 fn unknown(reason: &str) -> Option<String> {
     let mut keys = reason.strip_prefix("unknown field `")?.split('`').step_by(2);
     let key = keys.next().unwrap_or_default();
-    let known: Vec<&str> = keys.filter(|known| !known.is_empty() && !NOTES.contains(known)).collect();
+    let known: Vec<&str> = keys.take_while(|known| !known.is_empty() && *known != FIRST_NOTE).collect();
     let place = PLACES.iter().find(|(keys, _)| keys.contains(&key)).map(|(_, place)| *place);
     let near = known.iter().find(|known| is_near(key, known));
     let advice = match (near, place) {

@@ -32,10 +32,7 @@ pub enum ProofError {
     /// No bound was found.
     #[error(transparent)]
     Synthesis(#[from] squid_lpv::error::SynthesisError),
-    /// The matrices of a certificate do not form a plant.
+    /// The matrices of a certificate do not form a plant, or it has no value at some parameter.
     #[error(transparent)]
-    Shape(#[from] squid_lpv::error::ShapeError),
-    /// A plant has no value at some parameter.
-    #[error(transparent)]
-    Lft(#[from] squid_lpv::error::LftError),
+    System(#[from] squid_lpv::error::SystemError),
 }

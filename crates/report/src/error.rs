@@ -43,6 +43,6 @@ pub enum Error {
 
 squid_design::from_design_errors! {
     Error: CertifyError, ModelError, ProofError, StoreError, squid_auv::LpvModelError, squid_base::files::Error,
-        squid_lpv::error::FitError, squid_lpv::error::LftError, squid_lpv::error::SynthesisError, squid_lpv::ladder::LadderError,
+        squid_lpv::error::SystemError, squid_lpv::error::SynthesisError,
         squid_scheduled::DesignError, squid_scheduled::ManoeuvreError
 }

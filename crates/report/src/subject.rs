@@ -304,7 +304,7 @@ impl<'a> Subject<'a> {
     /// A controller frozen at the speed of a trim.
     ///
     /// # Errors
-    /// [`ModelError::Lft`] if `I - Dtt Theta` is singular.
+    /// [`ModelError::System`] if `I - Dtt Theta` is singular.
     pub fn frozen(&self, controller: &Controller, l: &Linearisation) -> Result<StateSpace, Error> {
         Ok(controller.frozen(&vec![self.rho(l.trim.speed); controller.blocks.len()])?)
     }

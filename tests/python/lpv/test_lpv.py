@@ -386,7 +386,10 @@ def test_direct_path_that_leaves_the_loop_open(run_squid: Run, tmp_path: Path, c
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
-        (lambda c: c["data"]["P"].update(D22=[[0.5, 0.5]]), "D22 is 1 x 2, it must be 1 x 1"),
+        (
+            lambda c: c["data"]["P"].update(D22=[[0.5, 0.5]]),
+            "'D22' is 1 x 2; with the other matrices it must be 1 x 1",
+        ),
         (lambda c: c["data"]["P"].pop("B2"), "'B2' is missing"),
         (lambda c: c["data"]["P"]["A"][0].pop(), "'data.P.A': rows of different lengths; the first has"),
         (

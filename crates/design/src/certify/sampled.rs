@@ -18,7 +18,8 @@ pub const CERTIFICATE: &str = "sampled_certificate.json";
 
 /// Bounds the gain of the sampled loop and proves the bound in exact arithmetic. The plant is the fit, discretised by
 /// the trapezoidal rule; the controller is that of the FMU, its commands held and delayed. The bound holds for every
-/// sequence of rho that is constant between ticks and may jump arbitrarily at them. See [`squid_lpv::analysis::at_ticks`].
+/// sequence of rho that is constant between ticks and may jump arbitrarily at them. See
+/// [`squid_lpv::analysis::at_ticks`].
 ///
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`ProofError::Synthesis`] when no bound is found.
@@ -39,7 +40,7 @@ pub fn sampled(
 fn at_ticks(vehicle: &dyn VehicleModel, file: &DesignFile, model: &Model) -> Result<AtTicks, Error> {
     let undelayed = DesignFile { delay: 0.0, ..file.clone() };
     let plant = augment(vehicle.actuators(), &undelayed, model.linear())?;
-    Ok(plant.at_ticks(file.sample_time).map_err(ModelError::Sampled)?)
+    Ok(plant.at_ticks(file.sample_time).map_err(ModelError::System)?)
 }
 
 /// Checks that the plant of a certificate is the sampled one of this vehicle and design file, recomputed. `None` if the

@@ -39,7 +39,7 @@ impl Sampling<'_> {
         guess: f64,
     ) -> Result<SampledGain, Error> {
         let (plant, k) = self.lifted(l, frozen)?;
-        Ok(sampled_gain_near(&plant, &k, self.sample_time, w, guess).map_err(ModelError::Sampled)?)
+        Ok(sampled_gain_near(&plant, &k, self.sample_time, w, guess).map_err(ModelError::System)?)
     }
 
     /// The plant in continuous time and the controller in discrete time.

@@ -30,19 +30,7 @@ pub enum ModelError {
     /// The waves of a design do not fit the hull.
     #[error("[sea]: {0}")]
     Waves(#[from] squid_sea::SeaError),
-    /// The polynomial fit failed.
+    /// The model has no polynomial fit or no value at some parameter, or forms no generalised plant.
     #[error(transparent)]
-    Fit(#[from] squid_lpv::error::FitError),
-    /// An LFT has no value at some parameter.
-    #[error(transparent)]
-    Lft(#[from] squid_lpv::error::LftError),
-    /// The matrices of a problem file do not fit together.
-    #[error(transparent)]
-    Shape(#[from] squid_lpv::error::ShapeError),
-    /// Model and weights do not form a generalised plant.
-    #[error(transparent)]
-    Augment(#[from] squid_lpv::error::AugmentError),
-    /// The gain of the sampled loop cannot be computed.
-    #[error(transparent)]
-    Sampled(#[from] squid_lpv::error::SampledError),
+    System(#[from] squid_lpv::error::SystemError),
 }

@@ -38,7 +38,7 @@ pub fn trim_slopes(vehicle: &dyn VehicleModel, design: &DesignFile) -> Result<Ve
 /// in units of their reach.
 ///
 /// # Errors
-/// [`ModelError::Fit`]; [`ModelError::Coefficient`].
+/// [`ModelError::System`]; [`ModelError::Coefficient`].
 pub fn trim_slope(
     actuators: &[Actuator],
     design: &DesignFile,

@@ -112,22 +112,14 @@ pub fn given(
             certified.largest_eigenvalue
         ),
     );
-    Ok(Design {
-        controller,
-        gamma_optimum: certified.gamma,
-        lower: 0.0,
-        multipliers: vec![],
-        gamma_design: certified.gamma,
-        certified,
-        regularisation: None,
-        slow: None,
-    })
+    let gamma = certified.gamma;
+    Ok(Design::new(controller, gamma, gamma, certified))
 }
 
 /// The largest real part \[1/s\] of the modes of the loop with the true linearisations, and the speed of it \[m/s\].
 ///
 /// # Errors
-/// Those of trim and linearisation; [`ModelError::Lft`](crate::error::ModelError::Lft).
+/// Those of trim and linearisation; [`ModelError::System`](crate::error::ModelError::System).
 pub fn growth(
     vehicle: &dyn VehicleModel,
     file: &DesignFile,

@@ -23,7 +23,7 @@ const FROZEN_SPEEDS: usize = 6;
 /// Computes the ladder of a finished design.
 ///
 /// # Errors
-/// [`Error::Ladder`] if the plant is not scheduled.
+/// [`ModelError::System`](crate::error::ModelError::System) if the plant is not scheduled.
 pub fn climb(file: &DesignFile, plant: &GeneralisedPlant, design: &Design) -> Result<String, Error> {
     let (centre, half_range) = file.scheduling();
     let speeds = Speeds { centre, half_range };

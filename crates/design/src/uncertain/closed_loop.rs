@@ -25,7 +25,7 @@ use squid_lpv::plant::GeneralisedPlant;
 /// model's repetitions, rho first.
 ///
 /// # Errors
-/// [`ModelError::Augment`](crate::error::ModelError::Augment), an internal error.
+/// [`ModelError::System`](crate::error::ModelError::System), an internal error.
 pub fn uncertain_plant(
     inputs: &Inputs,
     model: &UncertainModel,
@@ -42,8 +42,8 @@ pub fn uncertain_plant(
 /// N(s) of the uncertain model at one speed, from (wd, w) to (zd, z), with the controller frozen at that speed's rho.
 ///
 /// # Errors
-/// [`ModelError::Lft`](crate::error::ModelError::Lft) if the controller is not well posed at rho; [`Error::MuAtSpeed`]
-/// if no parameter has a channel.
+/// [`ModelError::System`](crate::error::ModelError::System) if the controller is not well posed at rho;
+/// [`Error::MuAtSpeed`] if no parameter has a channel.
 pub fn uncertain_loop(
     inputs: &Inputs,
     frozen: &FrozenUncertain,

@@ -72,7 +72,7 @@ fn deltas(
 /// Compares a model with the vehicle at a speed.
 ///
 /// # Errors
-/// [`ModelError::Lft`](crate::error::ModelError::Lft), [`Error::Uncertain`].
+/// [`ModelError::System`](crate::error::ModelError::System), [`Error::Uncertain`].
 pub fn errors(
     inputs: &Inputs,
     frozen: &FrozenUncertain,
@@ -112,7 +112,7 @@ pub fn errors(
 /// trim parameters are set to the new trim, within `share` of their ranges.
 ///
 /// # Errors
-/// [`ModelError::Lft`](crate::error::ModelError::Lft), [`Error::Uncertain`].
+/// [`ModelError::System`](crate::error::ModelError::System), [`Error::Uncertain`].
 pub fn model_error(
     inputs: &Inputs,
     frozen: &FrozenUncertain,

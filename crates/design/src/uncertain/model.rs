@@ -89,7 +89,7 @@ impl UncertainModel {
     /// `[A B]` at rho (ignored by a model at one speed) and at one delta per block.
     ///
     /// # Errors
-    /// [`ModelError::Lft`] if `I - Ddd Delta` is singular.
+    /// [`ModelError::System`] if `I - Ddd Delta` is singular.
     pub fn evaluate(&self, rho: f64, delta: &[f64]) -> Result<Mat, ModelError> {
         let scheduled = (self.scheduled > 0).then_some(rho);
         let values: Vec<f64> = scheduled.into_iter().chain(delta.iter().copied()).collect();

@@ -40,7 +40,7 @@ impl Pencil {
     /// `detail` of `[C D]`; `nominal` is the LFT of `[A B]` in rho.
     ///
     /// # Errors
-    /// [`ModelError::Fit`](crate::error::ModelError::Fit).
+    /// [`ModelError::System`](crate::error::ModelError::System).
     pub fn scheduled(
         vehicle: &Vehicle,
         samples: &[(f64, Gradients)],
@@ -49,7 +49,7 @@ impl Pencil {
         detail: f64,
     ) -> Result<Self, Error> {
         let Some((_, any)) = samples.first() else {
-            return Err(squid_lpv::error::FitError::NoSamples.into());
+            return Err(squid_lpv::error::SystemError::NoSamples.into());
         };
         let units = units(vehicle, any.nominal.nrows());
         let fit = |of: &dyn Fn(&Gradients) -> Mat| {

@@ -44,8 +44,8 @@ pub struct Truncated {
 /// in a fraction of the declared box, and its plant with the weights.
 ///
 /// # Errors
-/// [`UncertainError::NothingLeft`] if no parameter is left; [`ModelError::Lft`](crate::error::ModelError::Lft) if the
-/// model has no value; as [`uncertain_plant`].
+/// [`UncertainError::NothingLeft`] if no parameter is left;
+/// [`ModelError::System`](crate::error::ModelError::System) if the model has no value; as [`uncertain_plant`].
 pub fn reduced(
     inputs: &Inputs,
     full: &UncertainModel,
@@ -82,7 +82,7 @@ struct Candidate {
 /// box of `|delta_i| <= size`, and, for an actuator's gain, that of its own column as well.
 ///
 /// # Errors
-/// [`ModelError::Lft`](crate::error::ModelError::Lft) if the model has no value.
+/// [`ModelError::System`](crate::error::ModelError::System) if the model has no value.
 fn truncate(
     actuators: &[Actuator],
     model: &UncertainModel,

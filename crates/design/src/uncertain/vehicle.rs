@@ -67,7 +67,7 @@ pub fn gains(actuators: usize, blocks: &[Block], delta: &[f64]) -> Vec<f64> {
 /// The gain from w to z of a linearisation with the controller frozen at rho; infinite if the loop is unstable.
 ///
 /// # Errors
-/// [`ModelError::Lft`](crate::error::ModelError::Lft) if the controller is not well posed at rho.
+/// [`ModelError::System`](crate::error::ModelError::System) if the controller is not well posed at rho.
 pub fn gain(inputs: &Inputs, l: &Linearisation, controller: &Controller) -> Result<f64, Error> {
     let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
     let rho = file.rho(l.trim.speed);

@@ -7,15 +7,15 @@
 //! with zt and z evaluated at m_k. With m_k for x and `(x_(k+1) - x_k)/T` for x' these are the equations of the plant
 //! in continuous time, and since `x_(k+1)' X x_(k+1) - x_k' X x_k = 2 T m_k' X (x_(k+1) - x_k)/T`, an inequality that
 //! bounds the gain of the one for every trajectory of the parameters bounds that of the other for every sequence of
-//! them. A controller discretised by the trapezoidal rule, as by `squid_scheduled::Lft::discretise`, is unchanged in this
-//! form.
+//! them. A controller discretised by the trapezoidal rule, as by `squid_scheduled::Lft::discretise`, is unchanged in
+//! this form.
 //!
 //! There are two differences. The measured state is that at the tick, `x_k = m_k - T/2 x'`, half a sample before m_k.
 //! And z is not constant on the straight line from x_k to x_(k+1): its mean square is `|z|^2 + T^2/12 |C1 x'|^2`.
 //!
 //! Source of the bilinear map: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, chapter 21.
 
-use crate::error::SampledError;
+use crate::error::SystemError;
 use crate::matrix::{Mat, block};
 use crate::system::Group::{T, U, W, X, Y, Z};
 use crate::system::{Controller, GeneralisedPlant, Sizes};
@@ -40,13 +40,13 @@ impl GeneralisedPlant {
     /// For the source see the top of this file.
     ///
     /// # Errors
-    /// [`SampledError::SampleTime`]; [`SampledError::DirectPath`] if u or a parameter affects y directly.
-    pub fn at_ticks(&self, sample_time: f64) -> Result<AtTicks, SampledError> {
+    /// [`SystemError::SampleTime`]; [`SystemError::DirectPath`] if u or a parameter affects y directly.
+    pub fn at_ticks(&self, sample_time: f64) -> Result<AtTicks, SystemError> {
         if !(sample_time > 0.0 && sample_time.is_finite()) {
-            return Err(SampledError::SampleTime { found: sample_time });
+            return Err(SystemError::SampleTime { found: sample_time });
         }
         if [T, U].iter().any(|column| self.parts.block(Y, *column).iter().any(|v| *v != 0.0)) {
-            return Err(SampledError::DirectPath);
+            return Err(SystemError::DirectPath);
         }
         let z = self.sizes().z;
         let mut parts = self.parts.resized(Z, 2 * z);
@@ -161,7 +161,7 @@ mod tests {
         let mut parts = plant().parts;
         parts.block_mut(Y, T)[0] = 0.1;
         let direct = GeneralisedPlant { parts, blocks: vec![1] };
-        assert_eq!(direct.at_ticks(TICK), Err(SampledError::DirectPath));
-        assert_eq!(plant().at_ticks(0.0), Err(SampledError::SampleTime { found: 0.0 }));
+        assert_eq!(direct.at_ticks(TICK), Err(SystemError::DirectPath));
+        assert_eq!(plant().at_ticks(0.0), Err(SystemError::SampleTime { found: 0.0 }));
     }
 }

@@ -13,13 +13,12 @@
 //! violations of the order, which are numerical errors.
 
 use crate::analysis::rate::{RateBound, RateError, RateOptions, rate_bounded_gain_from};
-use crate::error::{LftError, ShapeError, SynthesisError};
+use crate::error::{SynthesisError, SystemError};
 use crate::matrix::Mat;
-use crate::synthesis::least_gamma::least_gamma_within;
+use crate::synthesis::least_gamma::least_gamma_at;
 use crate::synthesis::{Options, ScalingClass};
 use crate::system::{Controller, GeneralisedPlant, StateSpace};
 use rayon::prelude::*;
-use thiserror::Error;
 
 /// The assumptions to be compared.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,55 +113,34 @@ pub struct Disorder {
 /// The allowed relative violation: gammas are reported up to 0.1 % above the least.
 pub const TOLERANCE: f64 = 2e-3;
 
-/// Invalid input of [`ladder`].
-#[derive(Debug, Clone, PartialEq, Error)]
-#[allow(missing_docs, reason = "the message says what each field is")]
-pub enum LadderError {
-    /// The plant must have exactly one parameter.
-    #[error("the plant depends on {found} parameters, the ladder of gammas is for one")]
-    NotOneParameter { found: usize },
-    /// The grid must include both ends.
-    #[error("{found} samples of the closed loop are too few, at least 2 are needed")]
-    TooFewSamples { found: usize },
-    /// Parameters are normalised.
-    #[error("theta = {theta} is outside [-1, 1]")]
-    OutsideTheBox { theta: f64 },
-    /// The plant's matrices do not fit together.
-    #[error(transparent)]
-    Shape(#[from] ShapeError),
-    /// Plant or loop is not well posed at a parameter value in the box.
-    #[error(transparent)]
-    NotWellPosed(#[from] LftError),
-}
-
 /// Computes all gains for a plant with one parameter and a controller with a certified gain bound.
 ///
 /// # Errors
-/// [`LadderError`] for invalid input; failures of single gains are in the ladder.
+/// [`SystemError`] for invalid input; failures of single gains are in the ladder.
 pub fn ladder(
     plant: &GeneralisedPlant,
     controller: &Controller,
     certified: f64,
     options: &LadderOptions,
-) -> Result<Ladder, LadderError> {
+) -> Result<Ladder, SystemError> {
     plant.check()?;
     if plant.blocks.len() != 1 {
-        return Err(LadderError::NotOneParameter { found: plant.blocks.len() });
+        return Err(SystemError::NotOneParameter { found: plant.blocks.len() });
     }
     let gamma = |plant: &GeneralisedPlant, scalings| {
         let options = Options { scalings, accuracy: options.accuracy, ..Options::default() };
-        least_gamma_within(plant, options).map(|(_, found)| found.gamma)
+        least_gamma_at(plant, options, None).map(|(_, found)| found.gamma)
     };
     let mut frozen_optimum = Vec::with_capacity(options.thetas.len());
     for &theta in &options.thetas {
         if !(-1.0..=1.0).contains(&theta) {
-            return Err(LadderError::OutsideTheBox { theta });
+            return Err(SystemError::OutsideTheBox { theta });
         }
         let frozen = plant.frozen(&[theta])?;
         frozen_optimum.push((theta, gamma(&frozen, ScalingClass::SymmetricAndSkew)));
     }
     if options.samples < 2 {
-        return Err(LadderError::TooFewSamples { found: options.samples });
+        return Err(SystemError::TooFewPoints { found: options.samples });
     }
     let samples = plant.close(controller).sampled(options.samples)?;
     let mut rates = options.rates.clone();

@@ -13,7 +13,7 @@
 //! Sources: B. Bamieh, J. B. Pearson, IEEE Trans. Automatic Control 37(4), 1992; R. Redheffer, J. Math. and Phys. 39,
 //! 1960 (the star product).
 
-use crate::error::SampledError;
+use crate::error::SystemError;
 use crate::matrix::{Mat, block, eigenvalues, solve, symmetric_function, symmetric_part};
 use crate::system::StateSpace;
 
@@ -35,19 +35,19 @@ impl Lifted {
     /// The system over a time, at a level; `None` if the level is not above the gain over that time from rest.
     ///
     /// # Errors
-    /// [`SampledError::Stiff`].
-    pub(crate) fn over(system: &StateSpace, time: f64, level: f64) -> Result<Option<Self>, SampledError> {
+    /// [`SystemError::Stiff`].
+    pub(crate) fn over(system: &StateSpace, time: f64, level: f64) -> Result<Option<Self>, SystemError> {
         let Some((hamiltonian, unit)) = hamiltonian(system, level) else { return Ok(None) };
         let size = hamiltonian.row_iter().map(|row| row.lp_norm(1)).fold(0.0, f64::max) * time;
         let doublings = (size / SMALL).log2().ceil().max(0.0);
         if doublings.is_nan() || doublings > MOST_DOUBLINGS {
-            return Err(SampledError::Stiff { size });
+            return Err(SystemError::Stiff { size });
         }
         let n = system.a.nrows();
         let e = (hamiltonian * (time * (-doublings).exp2())).exp();
         let part = |i: usize, j: usize| e.view((i * n, j * n), (n, n)).into_owned();
         let Some(f) = solve(&part(1, 1), &Mat::identity(n, n)) else {
-            return Err(SampledError::Stiff { size });
+            return Err(SystemError::Stiff { size });
         };
         let (g, h) = (symmetric_part(&(part(0, 1) * &f)), symmetric_part(&-(&f * part(1, 0))));
         let first = Self { f: f.transpose(), g, h };

@@ -19,7 +19,7 @@ use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
 pub use crate::analysis::rate_program::RateOptions;
 use crate::analysis::rate_program::{Grid, RateAim, RateSolution, Start, missed, without_signals};
 pub use crate::error::RateError;
-use crate::error::{ShapeError, SynthesisError};
+use crate::error::{SynthesisError, SystemError};
 use crate::matrix::{Mat, spectral_abscissa};
 use crate::system::StateSpace;
 
@@ -162,13 +162,13 @@ fn checked(samples: &[(f64, StateSpace)], rate: f64) -> Result<&[(f64, StateSpac
 }
 
 /// Checks that the matrices fit together and have the numbers of states, inputs and outputs of the first sample.
-fn check_shapes(system: &StateSpace, like: &StateSpace) -> Result<(), ShapeError> {
+fn check_shapes(system: &StateSpace, like: &StateSpace) -> Result<(), SystemError> {
     let (n, m, p) = (like.a.nrows(), like.b.ncols(), like.c.nrows());
     for (name, matrix, rows, cols) in
         [("A", &system.a, n, n), ("B", &system.b, n, m), ("C", &system.c, p, n), ("D", &system.d, p, m)]
     {
         if matrix.shape() != (rows, cols) {
-            return Err(ShapeError { name, found: matrix.shape(), expected: (rows, cols) });
+            return Err(SystemError::Shape { name, found: matrix.shape(), expected: (rows, cols) });
         }
     }
     Ok(())

@@ -20,7 +20,7 @@
 //! Sampled-Data Control Systems, 1995, chapter 13.
 
 use crate::analysis::lifted::Lifted;
-use crate::error::{SampledError, ShapeError};
+use crate::error::SystemError;
 use crate::matrix::{Mat, block, eigenvalues, largest, largest_singular_value};
 use crate::stop;
 use crate::system::Group::{U, Y};
@@ -60,13 +60,13 @@ const LEAST: f64 = 1e-9;
 /// `1e-9` of the size of B1, C1 and D11 has the lower bound 0. For the source see the top of this file.
 ///
 /// # Errors
-/// [`SampledError`].
+/// [`SystemError`].
 pub fn sampled_gain(
     plant: &GeneralisedPlant,
     controller: &StateSpace,
     sample_time: f64,
     w: Exogenous,
-) -> Result<SampledGain, SampledError> {
+) -> Result<SampledGain, SystemError> {
     sampled_gain_near(plant, controller, sample_time, w, f64::NAN)
 }
 
@@ -81,7 +81,7 @@ pub fn sampled_gain_near(
     sample_time: f64,
     w: Exogenous,
     guess: f64,
-) -> Result<SampledGain, SampledError> {
+) -> Result<SampledGain, SystemError> {
     let parts = SampledLoop::new(plant, controller, sample_time, w)?;
     if !parts.is_stable() {
         return Ok(SampledGain { lower: f64::INFINITY, upper: f64::INFINITY });
@@ -139,16 +139,16 @@ impl<'a> SampledLoop<'a> {
         controller: &'a StateSpace,
         sample_time: f64,
         w: Exogenous,
-    ) -> Result<Self, SampledError> {
+    ) -> Result<Self, SystemError> {
         let sizes = plant.sizes();
         if sizes.t > 0 {
-            return Err(SampledError::Scheduled { channels: sizes.t });
+            return Err(SystemError::Scheduled { channels: sizes.t });
         }
         if !(sample_time > 0.0 && sample_time.is_finite()) {
-            return Err(SampledError::SampleTime { found: sample_time });
+            return Err(SystemError::SampleTime { found: sample_time });
         }
         if plant.parts.block(Y, U).iter().any(|v| *v != 0.0) {
-            return Err(SampledError::DirectPath);
+            return Err(SystemError::DirectPath);
         }
         let n = controller.a.nrows();
         let shapes = [
@@ -159,7 +159,7 @@ impl<'a> SampledLoop<'a> {
         ];
         for (name, found, expected) in shapes.map(|(name, m, expected)| (name, m.shape(), expected)) {
             if found != expected {
-                return Err(ShapeError { name, found, expected }.into());
+                return Err(SystemError::Shape { name, found, expected });
             }
         }
         let d21 = plant.d21();
@@ -189,7 +189,7 @@ impl<'a> SampledLoop<'a> {
 
     /// The norm of the discrete-time system that is below 1 if the gain is below the level; infinite if the level is
     /// not above the gain between two ticks. The search starts near a frequency (rad/s, on the axis).
-    fn norm(&self, level: f64, near: Option<f64>) -> Result<HinfNorm, SampledError> {
+    fn norm(&self, level: f64, near: Option<f64>) -> Result<HinfNorm, SystemError> {
         let none = HinfNorm { value: f64::INFINITY, frequency: f64::INFINITY };
         let Some(lifted) = Lifted::over(&self.between, self.sample_time, level)? else {
             return Ok(none);

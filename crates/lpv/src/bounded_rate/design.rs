@@ -7,11 +7,11 @@ use crate::bounded_rate::inequalities::{Grid, Pair, Varying};
 use crate::bounded_rate::intervals::{Claim, SlowBound, intervals};
 use crate::bounded_rate::loop_lyapunov::{SAMPLES, tightened};
 use crate::bounded_rate::scheduled::through;
-use crate::error::{LftError, SynthesisError};
+use crate::error::{SynthesisError, SystemError};
 use crate::matrix::{Mat, diagonal, pseudo_inverse, symmetric_part};
 use crate::synthesis::Options;
 use crate::synthesis::balance::Coordinates;
-use crate::synthesis::least_gamma::{Place, least_gamma_within};
+use crate::synthesis::least_gamma::{Place, least_gamma_at};
 use crate::system::{
     ClosedLoop, Controller, GeneralisedPlant, LoopError, MatrixPolynomial, Sizes, check_detectable,
     check_stabilisable, evenly_spread,
@@ -80,7 +80,7 @@ const RATIONAL_ORDER: usize = 2;
 
 /// The coordinates of the least gamma for any rate of the parameter, if there is one.
 fn place_of(plant: &GeneralisedPlant) -> Place {
-    match least_gamma_within(plant, Options { accuracy: COORDINATES_ACCURACY, ..Options::default() }) {
+    match least_gamma_at(plant, Options { accuracy: COORDINATES_ACCURACY, ..Options::default() }, None) {
         Ok((coordinates, found)) => Place { coordinates, unit: found.gamma },
         Err(_) => Place { coordinates: Coordinates::diagonal(plant), unit: 1.0 },
     }
@@ -102,7 +102,7 @@ const COORDINATES_ACCURACY: f64 = 0.02;
 
 /// The plant frozen at `count` values evenly spaced over [-1, 1].
 fn frozen(plant: &GeneralisedPlant, count: usize) -> Result<Vec<(f64, GeneralisedPlant)>, SynthesisError> {
-    let wrong = |e: LftError| SynthesisError::numerical(STAGE, e.to_string());
+    let wrong = |e: SystemError| SynthesisError::numerical(STAGE, e.to_string());
     evenly_spread(count).map(|theta| Ok((theta, plant.frozen(&[theta]).map_err(wrong)?))).collect()
 }
 

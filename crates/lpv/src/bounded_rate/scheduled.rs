@@ -1,6 +1,6 @@
 //! An LFT in the parameter, fitted to controllers at many of its values.
 
-use crate::error::FitError;
+use crate::error::SystemError;
 use crate::matrix::Mat;
 use crate::system::{CONTROLLER, Controller, Lft, MatrixPolynomial, Partitioned, Sizes};
 
@@ -8,13 +8,13 @@ use crate::system::{CONTROLLER, Controller, Lft, MatrixPolynomial, Partitioned, 
 /// times the largest are dropped, and with them channels. `sizes` are the numbers of states, measurements and controls.
 ///
 /// # Errors
-/// [`FitError`] for fewer samples than the order needs.
+/// [`SystemError`] for fewer samples than the order needs.
 pub(crate) fn through(
     samples: &[(f64, Mat)],
     sizes: Sizes,
     order: usize,
     tolerance: f64,
-) -> Result<Controller, FitError> {
+) -> Result<Controller, SystemError> {
     let Sizes { x: states, y, u, .. } = sizes;
     let lft = Lft::from_polynomial(&MatrixPolynomial::fit(samples, order)?, tolerance);
     let r = lft.size();

@@ -1,6 +1,6 @@
 //! Controllers of a fixed structure.
 
-use crate::error::ShapeError;
+use crate::error::SystemError;
 use crate::matrix::Mat;
 use crate::system::{CONTROLLER, ClosedLoop, Controller, GeneralisedPlant, LOOP, Partitioned, Sizes};
 
@@ -20,10 +20,10 @@ impl Structure {
     ///
     /// # Errors
     /// The first direction whose shape differs from that of the base.
-    pub fn new(base: Controller, directions: Vec<Mat>) -> Result<Self, ShapeError> {
+    pub fn new(base: Controller, directions: Vec<Mat>) -> Result<Self, SystemError> {
         let expected = base.matrix().shape();
         match directions.iter().find(|of| of.shape() != expected) {
-            Some(of) => Err(ShapeError { name: "a direction", found: of.shape(), expected }),
+            Some(of) => Err(SystemError::Shape { name: "a direction", found: of.shape(), expected }),
             None => Ok(Self { base, directions }),
         }
     }
@@ -70,16 +70,16 @@ impl Structure {
     }
 
     /// Whether controller and plant have the same parameters, measurements and controls.
-    pub(crate) fn check(&self, plant: &GeneralisedPlant) -> Result<(), ShapeError> {
+    pub(crate) fn check(&self, plant: &GeneralisedPlant) -> Result<(), SystemError> {
         let (k, p) = (self.base.parts.sizes(), plant.sizes());
         let (found, expected) = ((k.u, k.y), (p.u, p.y));
         if found != expected {
-            return Err(ShapeError { name: "Duy", found, expected });
+            return Err(SystemError::Shape { name: "Duy", found, expected });
         }
         let (found, expected) = (self.base.blocks.len(), plant.blocks.len());
         if found != expected {
             let name = "Theta of the controller (its parameters)";
-            return Err(ShapeError { name, found: (found, found), expected: (expected, expected) });
+            return Err(SystemError::Shape { name, found: (found, found), expected: (expected, expected) });
         }
         Ok(())
     }

@@ -64,16 +64,10 @@ fn design(plant: &GeneralisedPlant, least: Bracket, options: Options) -> Option<
             };
             let near = certified.gamma <= most;
             if best.as_ref().is_none_or(|best| certified.gamma < best.certified.gamma) {
-                best = Some(Design {
-                    controller,
-                    gamma_optimum: least.upper.min(certified.gamma),
-                    lower: least.lower,
-                    multipliers: vec![],
-                    gamma_design: built_at,
-                    certified,
-                    regularisation: changed.added.clone(),
-                    slow: None,
-                });
+                let (lower, regularisation) = (least.lower, changed.added.clone());
+                let optimum = least.upper.min(certified.gamma);
+                let found = Design::new(controller, optimum, built_at, certified);
+                best = Some(Design { lower, regularisation, ..found });
             }
             if near {
                 return best;
@@ -93,16 +87,8 @@ pub(crate) fn gain_alone(plant: &GeneralisedPlant, options: Options) -> Option<D
     let closed = WideLoop::new(plant, &WideController::new(&controller))?;
     let norm = closed.norm()?;
     let certified = closed.bound(norm, f64::INFINITY, options.back_off)?;
-    Some(Design {
-        controller,
-        gamma_optimum: norm,
-        lower: (1.0 - NORM_RESOLUTION) * norm,
-        multipliers: vec![],
-        gamma_design: norm,
-        certified,
-        regularisation: None,
-        slow: None,
-    })
+    let lower = (1.0 - NORM_RESOLUTION) * norm;
+    Some(Design { lower, ..Design::new(controller, norm, norm, certified) })
 }
 
 /// A plant with additional inputs w and outputs z.

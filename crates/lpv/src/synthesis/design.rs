@@ -61,6 +61,41 @@ pub struct Design {
     pub slow: Option<SlowBound>,
 }
 
+impl Design {
+    /// A controller with a bound; no lower bound is known.
+    pub fn new(controller: Controller, gamma_optimum: f64, gamma_design: f64, certified: GainBound) -> Self {
+        let (regularisation, slow) = (None, None);
+        Self {
+            controller,
+            gamma_optimum,
+            lower: 0.0,
+            multipliers: vec![],
+            gamma_design,
+            certified,
+            regularisation,
+            slow,
+        }
+    }
+
+    /// The first design with which a search may end, or else the one of the lowest bound.
+    pub(crate) fn first_or_best(
+        designs: impl Iterator<Item = Self>,
+        ends: impl Fn(&Self) -> bool,
+    ) -> Option<Self> {
+        let mut best: Option<Self> = None;
+        for found in designs {
+            let best = match &mut best {
+                Some(best) if best.certified.gamma <= found.certified.gamma => best,
+                best => best.insert(found),
+            };
+            if ends(best) {
+                break;
+            }
+        }
+        best
+    }
+}
+
 /// A controller whose gamma exceeds the least by no more than this many back-offs ends a search, without parameters
 /// after some changed plants; beyond it, one is also sought with weights and noises added, whose bound is often lower.
 pub(crate) const FAR_ABOVE: f64 = 1.5;

@@ -49,28 +49,29 @@ fn explained(
     options: Options,
 ) -> Result<Design, SynthesisError> {
     match outcome {
-        Err(SynthesisError::Numerical { .. } | SynthesisError::Infeasible { .. }) if !options.quick => {
-            match (stabilisation(plant, options.scalings), outcome) {
-                (Stabilisation::Impossible(reason), _) => Err(reason),
-                (Stabilisation::Possible, Err(SynthesisError::Infeasible { stage })) => {
-                    Err(SynthesisError::numerical(
-                        stage,
-                        "the solver finds no gamma, but the plant can be stabilised; check units and weights",
-                    ))
+        Err(error @ (SynthesisError::Numerical { .. } | SynthesisError::Infeasible { .. }))
+            if !options.quick =>
+        {
+            Err(match (stabilisation(plant, options.scalings), error) {
+                (Stabilisation::Impossible(reason), _) => reason,
+                (possible, SynthesisError::Infeasible { stage }) => {
+                    let diagnosis = match possible {
+                        Stabilisation::Possible => NO_GAMMA,
+                        _ => NO_GAMMA_AND_NO_DECISION,
+                    };
+                    SynthesisError::numerical(stage, diagnosis)
                 }
-                (Stabilisation::Unknown, Err(SynthesisError::Infeasible { stage })) => {
-                    Err(SynthesisError::numerical(
-                        stage,
-                        "the solver finds no gamma, and cannot decide whether the plant can be stabilised for \
-                     every trajectory of the parameters; narrow their range, or check units and weights",
-                    ))
-                }
-                (_, outcome) => outcome,
-            }
+                (_, error) => error,
+            })
         }
         other => other,
     }
 }
+
+const NO_GAMMA: &str = "the solver finds no gamma, but the plant can be stabilised; check units and weights";
+
+const NO_GAMMA_AND_NO_DECISION: &str = "the solver finds no gamma, and cannot decide whether the plant can be stabilised \
+    for every trajectory of the parameters; narrow their range, or check units and weights";
 
 /// The coordinates in which a controller is built.
 #[derive(Clone, Copy, PartialEq)]
@@ -126,16 +127,8 @@ impl Pass<'_> {
         let controller = coordinates.undo(&in_balance);
         let closed = plant.close(&controller);
         let certified = bounded_gain(&closed, &LoopError::none(&closed), &coordinates.undo_bound(&shown))?;
-        Ok(Design {
-            controller,
-            gamma_optimum: optimum.gamma,
-            lower: optimum.lower,
-            multipliers: optimum.multipliers.clone(),
-            gamma_design,
-            certified,
-            regularisation: None,
-            slow: None,
-        })
+        let (lower, multipliers) = (optimum.lower, optimum.multipliers.clone());
+        Ok(Design { lower, multipliers, ..Design::new(controller, optimum.gamma, gamma_design, certified) })
     }
 
     /// The error for a missed limit, with the dominant channel of the best controller's loop.

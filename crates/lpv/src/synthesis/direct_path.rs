@@ -15,7 +15,7 @@
 
 use crate::analysis::bounded_gain::{bounded_gain, worst_eigenvalue};
 use crate::analysis::gain_bound::GainBound;
-use crate::error::{ShapeError, SynthesisError};
+use crate::error::{SynthesisError, SystemError};
 use crate::matrix::{Mat, block, eigenvalues, largest, solve};
 use crate::mu::structure::{Block, Structure};
 use crate::mu::upper::upper_bound;
@@ -54,7 +54,7 @@ pub fn around(k: &Controller, d22: &Mat) -> Option<Controller> {
 /// with [`around`] of that controller and `-D22`; the bound is that of this loop.
 ///
 /// # Errors
-/// As [`synthesis::synthesise`]; [`SynthesisError::Shape`] for a D22 of the wrong size;
+/// As [`synthesis::synthesise`]; [`SynthesisError::System`] for a D22 of the wrong size;
 /// [`SynthesisError::NotWellPosed`] if no controller was found whose loop with D22 is well posed.
 pub fn synthesise(plant: &GeneralisedPlant, d22: &Mat, options: Options) -> Result<Design, SynthesisError> {
     if is_none(d22) {
@@ -62,7 +62,7 @@ pub fn synthesise(plant: &GeneralisedPlant, d22: &Mat, options: Options) -> Resu
     }
     let expected = (plant.sizes().y, plant.sizes().u);
     if d22.shape() != expected {
-        return Err(ShapeError { name: "D22", found: d22.shape(), expected }.into());
+        return Err(SystemError::Shape { name: "D22", found: d22.shape(), expected }.into());
     }
     let limit = options.fastest_mode;
     let mut too_fast = None;
@@ -134,17 +134,8 @@ fn put_back(
             ..lagged
         })
     });
-    let mut best: Option<Design> = None;
-    for found in near.chain(lagged) {
-        let good = found.certified.gamma <= (1.0 + ACCEPTED_RISE) * design.certified.gamma;
-        if best.as_ref().is_none_or(|best| found.certified.gamma < best.certified.gamma) {
-            best = Some(found);
-        }
-        if good {
-            break;
-        }
-    }
-    best.ok_or(SynthesisError::NotWellPosed)
+    let good = |found: &Design| found.certified.gamma <= (1.0 + ACCEPTED_RISE) * design.certified.gamma;
+    Design::first_or_best(near.chain(lagged), good).ok_or(SynthesisError::NotWellPosed)
 }
 
 /// The controller with D22 around it, and the bound of its loop, proved for the controller with D22 removed again, so

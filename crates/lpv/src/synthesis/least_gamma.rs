@@ -41,7 +41,7 @@ pub(crate) fn at_best_time_scale(
     plant: &GeneralisedPlant,
     options: Options,
 ) -> Result<(Coordinates, LmiSolution), SynthesisError> {
-    let mut best = least_gamma_within(plant, options);
+    let mut best = least_gamma_at(plant, options, None);
     let is_sure =
         |found: &(Coordinates, LmiSolution)| found.1.lower >= (1.0 - DOUBTFUL_SHARE) * found.1.gamma;
     // If a rough value is enough, there is no lower bound to show that it is near the least.
@@ -62,14 +62,6 @@ pub(crate) fn at_best_time_scale(
         }
     }
     best
-}
-
-/// [`at_best_time_scale`] with time in units of the plant's modes only.
-pub(crate) fn least_gamma_within(
-    plant: &GeneralisedPlant,
-    options: Options,
-) -> Result<(Coordinates, LmiSolution), SynthesisError> {
-    least_gamma_at(plant, options, None)
 }
 
 /// The time scales, rad/s, of the loop that an H-infinity controller closes at Theta = 0: the median of its modes, the

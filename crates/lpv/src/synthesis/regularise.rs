@@ -33,20 +33,15 @@ pub(crate) fn design(
     least: Option<&LmiSolution>,
     options: Options,
 ) -> Option<Design> {
-    let mut best: Option<Design> = None;
-    for (size, share) in SIZES_AND_SHARES.into_iter().take(repetitions(plant)) {
-        let sought = Options { back_off: share * options.back_off, gamma_limit: None, ..options };
-        let Some(found) = attempt(plant, size, sought) else { continue };
-        if best.as_ref().is_none_or(|best| found.certified.gamma < best.certified.gamma) {
-            best = Some(found);
-        }
-        let (Some(least), Some(best)) = (least, &best) else { continue };
+    let found = SIZES_AND_SHARES.into_iter().take(repetitions(plant)).filter_map(|(size, share)| {
+        attempt(plant, size, Options { back_off: share * options.back_off, gamma_limit: None, ..options })
+    });
+    let best = Design::first_or_best(found, |best| {
         let bound = best.certified.gamma;
-        if bound <= (1.0 + NEAR_SHARE * options.back_off) * least.gamma || is_zero(least.gamma, bound) {
-            break;
-        }
-    }
-    let best = best?;
+        let near =
+            |least: f64| bound <= (1.0 + NEAR_SHARE * options.back_off) * least || is_zero(least, bound);
+        least.is_some_and(|least| near(least.gamma))
+    })?;
     let bound = best.certified.gamma;
     Some(Design {
         gamma_optimum: least.map_or(bound, |least| least.gamma.min(bound)),

@@ -1,6 +1,6 @@
 //! The scheduled controller, an LFT in the same parameters as the plant.
 
-use crate::error::{LftError, ShapeError};
+use crate::error::SystemError;
 use crate::matrix::Mat;
 use crate::system::{
     CONTROLLER, ClosedLoop, GeneralisedPlant, Group, NamedBlock, Partitioned, Sizes, StateSpace, channels,
@@ -29,7 +29,7 @@ impl Controller {
     ///
     /// # Errors
     /// The first block whose shape does not fit, or a wrong sum of the repetitions.
-    pub fn new(blocks: Vec<usize>, parts: &[NamedBlock]) -> Result<Self, ShapeError> {
+    pub fn new(blocks: Vec<usize>, parts: &[NamedBlock]) -> Result<Self, SystemError> {
         Ok(Self { parts: Partitioned::new(CONTROLLER, parts)?.with_channels(&blocks)?, blocks })
     }
 
@@ -42,8 +42,8 @@ impl Controller {
     /// Shapes: `theta` has one value per entry of `blocks`.
     ///
     /// # Errors
-    /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
-    pub fn frozen(&self, theta: &[f64]) -> Result<StateSpace, LftError> {
+    /// [`SystemError::NotWellPosed`] when `I - Dtt Theta` is singular.
+    pub fn frozen(&self, theta: &[f64]) -> Result<StateSpace, SystemError> {
         let frozen = self.parts.frozen(&channels(&self.blocks), theta)?;
         Ok(frozen.state_space(&[Group::U], &[Group::Y]))
     }

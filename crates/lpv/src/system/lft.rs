@@ -6,7 +6,7 @@
 //! Sources: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, ch. 10 (the algebra);
 //! B. L. Ho, R. E. Kalman, Regelungstechnik 14, 1966 (minimal realisation from a Hankel matrix).
 
-use crate::error::LftError;
+use crate::error::SystemError;
 use crate::matrix::{Mat, block, diagonal, diagonal_blocks, rank_factors, solve};
 use crate::system::{MatrixPolynomial, MatrixRational};
 
@@ -60,12 +60,12 @@ impl Lft {
     /// `M(theta)`. p x m.
     ///
     /// # Errors
-    /// [`LftError::NotWellPosed`] when `I - D Theta` is singular there.
-    pub fn evaluate(&self, theta: &[f64]) -> Result<Mat, LftError> {
+    /// [`SystemError::NotWellPosed`] when `I - D Theta` is singular there.
+    pub fn evaluate(&self, theta: &[f64]) -> Result<Mat, SystemError> {
         let delta = diagonal(self.channels.iter().map(|&c| theta[c]));
         let loop_matrix = Mat::identity(self.size(), self.size()) - &self.inner * &delta;
         let inner = solve(&loop_matrix, &self.right)
-            .ok_or_else(|| LftError::NotWellPosed { theta: theta.to_vec() })?;
+            .ok_or_else(|| SystemError::NotWellPosed { theta: theta.to_vec() })?;
         Ok(&self.constant + &self.left * delta * inner)
     }
 

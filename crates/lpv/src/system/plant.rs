@@ -1,6 +1,6 @@
 //! The generalised plant with its parameter channels, frozen or closed by a controller.
 
-use crate::error::{LftError, ShapeError};
+use crate::error::SystemError;
 use crate::matrix::{Mat, block};
 use crate::system::{
     Group, LOOP, NamedBlock, PLANT, Partitioned, Sizes, StateSpace, evenly_spread, named_blocks,
@@ -37,7 +37,7 @@ impl GeneralisedPlant {
     ///
     /// # Errors
     /// The first block whose shape does not fit, or a wrong sum of the repetitions.
-    pub fn new(blocks: Vec<usize>, parts: &[NamedBlock]) -> Result<Self, ShapeError> {
+    pub fn new(blocks: Vec<usize>, parts: &[NamedBlock]) -> Result<Self, SystemError> {
         Ok(Self { parts: Partitioned::new(PLANT, parts)?.with_channels(&blocks)?, blocks })
     }
 
@@ -62,8 +62,8 @@ impl GeneralisedPlant {
     /// Checks that the repetitions add up to the channels.
     ///
     /// # Errors
-    /// [`ShapeError`] if they do not.
-    pub fn check(&self) -> Result<(), ShapeError> {
+    /// [`SystemError`] if they do not.
+    pub fn check(&self) -> Result<(), SystemError> {
         self.parts.check_channels(&self.blocks)
     }
 
@@ -71,8 +71,8 @@ impl GeneralisedPlant {
     /// through the channels is left out.
     ///
     /// # Errors
-    /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
-    pub fn frozen(&self, theta: &[f64]) -> Result<Self, LftError> {
+    /// [`SystemError::NotWellPosed`] when `I - Dtt Theta` is singular.
+    pub fn frozen(&self, theta: &[f64]) -> Result<Self, SystemError> {
         let mut parts = self.parts.frozen(&channels(&self.blocks), theta)?;
         parts.block_mut(Group::Y, Group::U).fill(0.0);
         Ok(Self { parts, blocks: vec![] })
@@ -126,13 +126,13 @@ impl ClosedLoop {
     /// The loop from w to z at a frozen parameter value.
     ///
     /// # Errors
-    /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
-    pub fn frozen(&self, theta: &[f64]) -> Result<StateSpace, LftError> {
+    /// [`SystemError::NotWellPosed`] when `I - Dtt Theta` is singular.
+    pub fn frozen(&self, theta: &[f64]) -> Result<StateSpace, SystemError> {
         Ok(self.parts.frozen(&self.channels, theta)?.state_space(&[Group::Z], &[Group::W]))
     }
 
     /// The loop of one parameter at `count` values, evenly spaced over [-1, 1], at least two.
-    pub fn sampled(&self, count: usize) -> Result<Vec<(f64, StateSpace)>, LftError> {
+    pub fn sampled(&self, count: usize) -> Result<Vec<(f64, StateSpace)>, SystemError> {
         evenly_spread(count).map(|theta| Ok((theta, self.frozen(&[theta])?))).collect()
     }
 }

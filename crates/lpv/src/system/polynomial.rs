@@ -1,6 +1,6 @@
 //! Matrices that are polynomials in one scheduling parameter, fitted to samples.
 
-use crate::error::FitError;
+use crate::error::SystemError;
 use crate::matrix::Mat;
 
 /// `M(rho) = sum_k rho^k M_k`, coefficients in ascending order of power.
@@ -29,7 +29,7 @@ impl MatrixPolynomial {
     ///
     /// # Errors
     /// Fewer distinct samples than coefficients, or samples of different shapes.
-    pub fn fit(samples: &[(f64, Mat)], order: usize) -> Result<Self, FitError> {
+    pub fn fit(samples: &[(f64, Mat)], order: usize) -> Result<Self, SystemError> {
         let shape = Self::determined(samples, order)?;
         let vandermonde = Mat::from_fn(samples.len(), order + 1, |i, k| samples[i].0.powi(k as i32));
         let values = Mat::from_fn(samples.len(), shape.0 * shape.1, |i, e| samples[i].1[e]);
@@ -42,16 +42,16 @@ impl MatrixPolynomial {
     }
 
     /// The shape of the samples, if there are enough for `order + 1` coefficients.
-    pub(crate) fn determined(samples: &[(f64, Mat)], order: usize) -> Result<(usize, usize), FitError> {
-        let shape = samples.first().map(|(_, m)| m.shape()).ok_or(FitError::NoSamples)?;
+    pub(crate) fn determined(samples: &[(f64, Mat)], order: usize) -> Result<(usize, usize), SystemError> {
+        let shape = samples.first().map(|(_, m)| m.shape()).ok_or(SystemError::NoSamples)?;
         if let Some((rho, other)) = samples.iter().find(|(_, m)| m.shape() != shape) {
-            return Err(FitError::UnlikeShapes { rho: *rho, expected: shape, found: other.shape() });
+            return Err(SystemError::UnlikeShapes { rho: *rho, expected: shape, found: other.shape() });
         }
         let mut distinct: Vec<f64> = samples.iter().map(|(rho, _)| *rho).collect();
         distinct.sort_by(f64::total_cmp);
         distinct.dedup();
         if distinct.len() <= order {
-            return Err(FitError::TooFewSamples { samples: distinct.len(), order });
+            return Err(SystemError::TooFewSamples { samples: distinct.len(), order });
         }
         Ok(shape)
     }
@@ -111,6 +111,9 @@ mod tests {
     #[test]
     fn two_samples_do_not_make_a_parabola() {
         let samples = vec![(0.0, dmatrix![1.0]), (1.0, dmatrix![2.0]), (1.0, dmatrix![2.0])];
-        assert_eq!(MatrixPolynomial::fit(&samples, 2), Err(FitError::TooFewSamples { samples: 2, order: 2 }));
+        assert_eq!(
+            MatrixPolynomial::fit(&samples, 2),
+            Err(SystemError::TooFewSamples { samples: 2, order: 2 })
+        );
     }
 }

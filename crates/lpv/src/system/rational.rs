@@ -4,7 +4,7 @@
 //! in all coefficients); C. K. Sanathanan, J. Koerner, IEEE Trans. Automatic Control 8(1), 1963 (weights by the
 //! previous denominator undo the multiplication).
 
-use crate::error::FitError;
+use crate::error::SystemError;
 use crate::matrix::{Mat, pseudo_inverse};
 use crate::system::MatrixPolynomial;
 
@@ -37,7 +37,7 @@ impl MatrixRational {
     ///
     /// # Errors
     /// Fewer distinct samples than coefficients of an entry and the denominator, or samples of different shapes.
-    pub fn fit(samples: &[(f64, Mat)], order: usize, poles: usize) -> Result<Self, FitError> {
+    pub fn fit(samples: &[(f64, Mat)], order: usize, poles: usize) -> Result<Self, SystemError> {
         debug_assert!(poles <= order);
         let polynomial = MatrixPolynomial::fit(samples, order)?;
         if poles == 0 {
@@ -182,9 +182,9 @@ mod tests {
     #[test]
     fn too_few_samples_are_refused() {
         let samples = sampled(&truth(), 6);
-        let expected = FitError::TooFewSamples { samples: 6, order: 6 };
+        let expected = SystemError::TooFewSamples { samples: 6, order: 6 };
         assert_eq!(MatrixRational::fit(&samples, 3, 3), Err(expected));
         assert!(MatrixRational::fit(&samples, 3, 2).is_ok());
-        assert_eq!(MatrixRational::fit(&[], 1, 1), Err(FitError::NoSamples));
+        assert_eq!(MatrixRational::fit(&[], 1, 1), Err(SystemError::NoSamples));
     }
 }

@@ -18,7 +18,7 @@
 //! as the only measurements); S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, section 9.4.1 and
 //! eq. 9.88 (two degrees of freedom and a reference model). The weights are in [`super::weights`].
 
-use crate::error::{AugmentError, ShapeError};
+use crate::error::SystemError;
 use crate::matrix::{Mat, block, diagonal};
 use crate::system::{
     GeneralisedPlant, Lft, PLANT, Partitioned, ReferenceModel, ReferenceWeight, RisingWeight, Sizes,
@@ -119,7 +119,7 @@ impl TrackingProblem {
     ///
     /// # Errors
     /// The first part of a wrong size, or the first number that makes a weight improper, unstable or infinite.
-    pub fn augment(&self) -> Result<GeneralisedPlant, AugmentError> {
+    pub fn augment(&self) -> Result<GeneralisedPlant, SystemError> {
         Ok(self.assembled()?.0)
     }
 
@@ -127,11 +127,11 @@ impl TrackingProblem {
     ///
     /// # Errors
     /// As [`TrackingProblem::augment`].
-    pub fn place(&self) -> Result<ModelPlace, AugmentError> {
+    pub fn place(&self) -> Result<ModelPlace, SystemError> {
         Ok(self.assembled()?.1)
     }
 
-    fn assembled(&self) -> Result<(GeneralisedPlant, ModelPlace), AugmentError> {
+    fn assembled(&self) -> Result<(GeneralisedPlant, ModelPlace), SystemError> {
         let n = self.model.constant.nrows();
         let (m, p) = (self.input_scale.len(), self.outputs.nrows());
         self.check(n, m, p)?;
@@ -329,7 +329,7 @@ impl TrackingProblem {
     }
 
     /// Refuses the first number, in the order of the fields, that is not allowed.
-    fn check_numbers(&self) -> Result<(), AugmentError> {
+    fn check_numbers(&self) -> Result<(), SystemError> {
         let positive = |name, v: f64| (name, v, invertible(v), "above 0 and finite");
         let not_negative = |name, v: f64| (name, v, v == 0.0 || invertible(v), "0 or more, and finite");
         let mut checks = vec![];
@@ -370,13 +370,13 @@ impl TrackingProblem {
         ));
         match checks.into_iter().find(|(_, (_, _, good, _))| !good) {
             Some((index, (name, found, _, allowed))) => {
-                Err(AugmentError::Number { name, index: index + 1, found, allowed })
+                Err(SystemError::Number { name, index: index + 1, found, allowed })
             }
             None => Ok(()),
         }
     }
 
-    fn check(&self, n: usize, m: usize, p: usize) -> Result<(), ShapeError> {
+    fn check(&self, n: usize, m: usize, p: usize) -> Result<(), SystemError> {
         let lists: [(&'static str, usize, usize); 5] = [
             ("output_scale", self.output_scale.len(), p),
             ("references", self.references.len(), p),
@@ -386,7 +386,7 @@ impl TrackingProblem {
         ];
         for (name, found, expected) in lists {
             if found != expected {
-                return Err(ShapeError { name, found: (found, 1), expected: (expected, 1) });
+                return Err(SystemError::Shape { name, found: (found, 1), expected: (expected, 1) });
             }
         }
         let mut shapes = vec![
@@ -408,7 +408,7 @@ impl TrackingProblem {
             }
         }
         match shapes.into_iter().find(|(_, found, expected)| found != expected) {
-            Some((name, found, expected)) => Err(ShapeError { name, found, expected }),
+            Some((name, found, expected)) => Err(SystemError::Shape { name, found, expected }),
             None => Ok(()),
         }
     }

@@ -2,7 +2,8 @@
 
 use crate::common;
 
-use squid_lpv::ladder::{Ladder, LadderError, LadderOptions, ladder};
+use squid_lpv::error::SystemError;
+use squid_lpv::ladder::{Ladder, LadderOptions, ladder};
 use squid_lpv::partition::Group;
 use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::synthesis::{Options, synthesise};
@@ -74,9 +75,9 @@ fn what_has_no_ladder_is_refused() {
         ladder(plant, &design.controller, design.certified.gamma, options).unwrap_err()
     };
     let two = GeneralisedPlant { blocks: vec![1, 1], ..plant.clone() };
-    assert_eq!(refused(&two, &usual), LadderError::NotOneParameter { found: 2 });
+    assert_eq!(refused(&two, &usual), SystemError::NotOneParameter { found: 2 });
     let outside = LadderOptions { thetas: vec![1.5], ..usual.clone() };
-    assert_eq!(refused(&plant, &outside), LadderError::OutsideTheBox { theta: 1.5 });
+    assert_eq!(refused(&plant, &outside), SystemError::OutsideTheBox { theta: 1.5 });
     let few = LadderOptions { samples: 1, ..usual };
-    assert_eq!(refused(&plant, &few), LadderError::TooFewSamples { found: 1 });
+    assert_eq!(refused(&plant, &few), SystemError::TooFewPoints { found: 1 });
 }

@@ -52,7 +52,7 @@ fn fits(subject: &Subject) -> Result<Vec<MatrixPolynomial>, Error> {
 /// The section on the entries of A over speed, linearised and fitted.
 ///
 /// # Errors
-/// [`ModelError::Fit`](squid_design::error::ModelError::Fit) if there are too few speeds.
+/// [`ModelError::System`](squid_design::error::ModelError::System) if there are too few speeds.
 pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
     let fits = fits(subject)?;
     let largest = subject.model.grid.iter().map(|(_, l)| l.a.amax()).fold(0.0, f64::max);

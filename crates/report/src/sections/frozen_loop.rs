@@ -37,7 +37,7 @@ impl FrozenLoop {
     /// ```
     ///
     /// # Errors
-    /// [`ModelError::Lft`](squid_design::error::ModelError::Lft) if the controller is not well posed there.
+    /// [`ModelError::System`](squid_design::error::ModelError::System) if the controller is not well posed there.
     pub fn ideal(subject: &Subject, controller: &Controller, l: &Linearisation) -> Result<Self, Error> {
         Ok(Self::of(subject, &subject.sampling().ideal(l), &subject.frozen(controller, l)?, None))
     }

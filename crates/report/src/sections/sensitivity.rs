@@ -20,7 +20,7 @@ fn allowed(weight: &TrackingWeight, omega: f64) -> f64 {
 /// The section on |S| and control effort over frequency against the weights, ideal and as flown.
 ///
 /// # Errors
-/// [`Error::NothingSteps`], [`ModelError::Lft`](squid_design::error::ModelError::Lft).
+/// [`Error::NothingSteps`], [`ModelError::System`](squid_design::error::ModelError::System).
 pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     let loops = all(subject, FrozenLoop::flying)?;
     let gamma = subject.stored.controller.gamma.bound;

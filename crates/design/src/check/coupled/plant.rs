@@ -44,7 +44,7 @@ impl AxisPlant {
     /// Fits the part of an axis to its samples: P to those that are straight, N to the others.
     ///
     /// # Errors
-    /// [`ModelError::Fit`](crate::error::ModelError::Fit).
+    /// [`ModelError::System`](crate::error::ModelError::System).
     pub fn fit(axis: Axis, samples: &[Sample]) -> Result<Self, Error> {
         let own = |m: &Mat| part(m, &axis.rows, &axis.columns);
         let straight: Vec<(f64, Mat)> =
@@ -66,7 +66,7 @@ impl AxisPlant {
     /// What it differs by from a sample, rows \[x'; y\], columns \[x; T\].
     ///
     /// # Errors
-    /// [`ModelError::Lft`](crate::error::ModelError::Lft).
+    /// [`ModelError::System`](crate::error::ModelError::System).
     pub fn residual(&self, Sample { rho, tau, m }: &Sample) -> Result<Mat, Error> {
         let Axis { rows, columns, .. } = &self.axis;
         Ok(part(m, rows, columns) - self.model.evaluate(&[*rho, 2.0 * tau - 1.0])?)
@@ -75,7 +75,7 @@ impl AxisPlant {
     /// The plant with B (rows \[x'; y\]) and C (columns \[x; T\]).
     ///
     /// # Errors
-    /// [`ModelError::Shape`](crate::error::ModelError), an internal error.
+    /// [`ModelError::System`](crate::error::ModelError), an internal error.
     pub fn plant(&self, b: &Mat, c: &Mat) -> Result<GeneralisedPlant, Error> {
         let Axis { states: n, actuators, columns, .. } = &self.axis;
         let (n, m) = (*n, actuators.len());

@@ -73,7 +73,7 @@ impl SpeedMu {
     /// Analyses the loop of the uncertain model at a speed and the controller frozen there.
     ///
     /// # Errors
-    /// As [`at_speed`]; [`ModelError::Lft`](squid_design::error::ModelError::Lft);
+    /// As [`at_speed`]; [`ModelError::System`](squid_design::error::ModelError::System);
     /// [`DesignError::MuAtSpeed`] if the nominal loop is unstable.
     pub fn new(subject: &Subject, speed: f64) -> Result<Self, Error> {
         let frozen = at_speed(subject.inputs, speed)?;
