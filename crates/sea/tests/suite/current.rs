@@ -63,7 +63,7 @@ fn deviation_and_correlation_match_the_process() {
     }
 }
 
-/// For mu = 0 the process is a random walk: its variance is noise^2 t.
+/// The process with mu = 0 is a random walk: its variance is noise^2 t.
 #[test]
 fn random_walk_variance_grows_with_time() {
     let parameters = Wandering { mu: 0.0, ..FREE };

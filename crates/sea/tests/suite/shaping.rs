@@ -12,7 +12,7 @@ fn power(filter: &ShapingFilter, w: f64) -> f64 {
     n * n / (re * re + im * im)
 }
 
-/// At rest, filtered noise has the peak frequency, peak density and energy of the spectrum.
+/// Filtered noise at rest has the peak frequency, peak density and energy of the spectrum.
 #[test]
 fn filter_has_the_peak_and_energy_of_the_spectrum() {
     for gamma in [1.0, 3.3] {

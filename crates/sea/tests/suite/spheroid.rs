@@ -80,7 +80,7 @@ fn froude_krylov_loads_match_published_values() {
     }
 }
 
-/// In long waves the force is that on water of the same volume; the deviation vanishes with the wave number.
+/// The force in long waves is that on water of the same volume; the deviation vanishes with the wave number.
 #[test]
 fn long_waves_load_the_hull_like_displaced_water() {
     let hull = Spheroid::new(0.8077, 0.0959, DENSITY, NONE).unwrap();
