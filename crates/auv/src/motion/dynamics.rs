@@ -214,8 +214,8 @@ impl<D: Scalar> Dynamics<D> {
         product(&self.inverse_mass, [surge, heave, pitch])
     }
 
-    /// Returns \[u' w' q' theta'\] under the force \[X Z M\] of the actuators; `given` is the speed \[m/s\] of a
-    /// vehicle with a given speed. See [`Dynamics::acceleration`].
+    /// Returns \[u' w' q' theta'\] under the force \[X Z M\] of the actuators and at a `given` speed \[m/s\], which a
+    /// vehicle with free surge ignores. See [`Dynamics::acceleration`].
     pub fn rate(&self, motion: &Motion<D>, depth: D, given: D, force: [D; 3]) -> [D; 4] {
         self.rate_at(&motion.attitude(), motion, depth, given, force)
     }

@@ -31,7 +31,7 @@ pub(crate) struct Flow<'a> {
     pub(crate) current: Current,
     pub(crate) depth: f64,
     pub(crate) model: Model<'a>,
-    /// Speed of a vehicle with a given speed \[m/s\].
+    /// Given speed \[m/s\]; unused by vehicles with free surge.
     pub(crate) given: f64,
     /// External load.
     pub(crate) load: Load,

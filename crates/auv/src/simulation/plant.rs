@@ -264,7 +264,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Sets the speed u through the water \[m/s\] of a vehicle with a given speed; others do not use it.
+    /// Sets the given speed u through the water \[m/s\]; unused by vehicles with free surge.
     ///
     /// # Errors
     /// [`SimulationError::InputNotFinite`].
@@ -410,7 +410,7 @@ impl Plant {
         self.operating_speed
     }
 
-    /// Returns the speed of a vehicle with a given speed \[m/s\].
+    /// Returns the given speed \[m/s\]; unused by vehicles with free surge.
     pub fn given_speed(&self) -> f64 {
         self.given_speed
     }

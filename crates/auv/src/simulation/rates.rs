@@ -1,4 +1,4 @@
-//! Motion at one instant as states and their rates, for other integrators and for exact derivatives.
+//! Motion at one instant as states and their rates, for external integrators and for exact derivatives.
 //!
 //! The states are the velocities over ground in body axes, not those through the water: because of the inertia of the
 //! vehicle they are continuous when the current jumps.
@@ -48,7 +48,7 @@ pub struct Instant<D = f64> {
     pub current: [D; 3],
     /// Speed at which the LPV model is evaluated \[m/s\].
     pub operating_speed: D,
-    /// Speed of a vehicle with a given speed \[m/s\].
+    /// Given speed \[m/s\]; unused by vehicles with free surge.
     pub given_speed: D,
     /// External load.
     pub load: Load<D>,
@@ -121,7 +121,7 @@ fn along<D: Scalar, const N: usize>(instant: &Instant<D>, values: [f64; N], slop
 }
 
 /// Returns a value clamped to limits.
-fn clamp_to<D: Scalar>(value: D, least: f64, greatest: f64) -> D {
+fn clamp<D: Scalar>(value: D, least: f64, greatest: f64) -> D {
     if value.re() < least {
         D::from(least)
     } else if value.re() > greatest {
@@ -134,7 +134,7 @@ fn clamp_to<D: Scalar>(value: D, least: f64, greatest: f64) -> D {
 impl Actuator {
     /// Returns the command clamped to the limits.
     pub fn saturate<D: Scalar>(&self, command: D) -> D {
-        clamp_to(command, self.min, self.max)
+        clamp(command, self.min, self.max)
     }
 
     /// Returns the rate of the output, `(sat(command) - output) / lag` within the rate limit; zero without lag, where
@@ -144,7 +144,7 @@ impl Actuator {
             return D::from(0.0);
         }
         let limit = self.rate.unwrap_or(f64::INFINITY);
-        clamp_to((self.saturate(command) - output) / self.lag, -limit, limit)
+        clamp((self.saturate(command) - output) / self.lag, -limit, limit)
     }
 }
 

@@ -28,7 +28,7 @@ pub struct Snapshot {
     pub current: Current,
     /// Speed at which the LPV model is evaluated \[m/s\].
     pub operating_speed: f64,
-    /// Speed of a vehicle with a given speed \[m/s\].
+    /// Given speed \[m/s\]; unused by vehicles with free surge.
     pub given_speed: f64,
     /// External load.
     pub load: Load,

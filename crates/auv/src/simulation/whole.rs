@@ -22,7 +22,7 @@ pub(crate) struct SixDofFlow<'a> {
     pub(crate) flow: Flow<'a>,
     /// `true` if surge, heave and pitch are held.
     pub(crate) is_held: bool,
-    /// Last Euler angles, while the state has those about the rotated earth axes.
+    /// Last Euler angles about the earth axes; `Some` while the state has those about the rotated axes.
     pub(crate) last_usual: Option<Angles>,
 }
 

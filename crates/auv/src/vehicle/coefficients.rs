@@ -307,7 +307,7 @@ impl Coefficients {
         COEFFICIENTS.iter().filter(move |spec| !spec.acts_out_of_plane() && surge.uses(spec.key))
     }
 
-    /// Returns `true` if the vehicle moves out of the vertical plane, which I_xx above zero means.
+    /// Returns `true` if the vehicle moves out of the vertical plane: I_xx is above zero.
     pub fn leaves_plane(&self) -> bool {
         self.I_xx > 0.0
     }
