@@ -78,12 +78,12 @@ impl Curve {
         }
     }
 
-    /// The points, or the factor of the square law.
+    /// Returns the points, or the factor of the square law.
     pub fn law(&self) -> &Law {
         &self.law
     }
 
-    /// The unit of the command.
+    /// Returns the unit of the command.
     pub fn unit(&self) -> &str {
         &self.unit
     }

@@ -42,7 +42,7 @@ impl Status {
     }
 }
 
-/// A state of a linear model.
+/// State of a linear model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct State {
     /// Usual symbol.
@@ -129,7 +129,7 @@ pub struct Signal {
     pub largest_step: LargestStep,
     /// Typical size, SI.
     pub nominal: f64,
-    /// Largest change between two readings of a working sensor while the vehicle is at rest, SI.
+    /// Largest change between two readings of a working sensor at a constant value, SI.
     pub error: f64,
 }
 
