@@ -242,7 +242,7 @@ pub fn fly_varied(
 pub struct Demand {
     /// Speed V along the path through the water, m/s.
     pub speed: f64,
-    /// Deviation of each reference from trim, of the depth from its initial value, SI; the speed is not used.
+    /// Deviation of each reference from trim, of the depth from its initial value, SI; excludes the speed.
     pub above_trim: EachTracked<f64>,
     /// Disturbance.
     pub disturbance: Disturbance,
