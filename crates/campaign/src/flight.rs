@@ -158,8 +158,8 @@ impl Plan<'_> {
         sea.is_some_and(|sea| trim_with(&vehicle.in_plane(), speed, sea.depth.unwrap_or(depth), rule).is_ok())
     }
 
-    /// Returns names and units of the figures of a row; with several axes, the names start with the controlled signal.
-    /// `error_rms` always does: it is the error of that signal.
+    /// Returns names and units of the figures of a row. With several axes, all names but those of the speed start with
+    /// the controlled signal; `error_rms`, the error of that signal, always does.
     pub fn figures(&self) -> Vec<(String, &'static str)> {
         let mut all = vec![(TIME.0.to_owned(), TIME.1)];
         for (index, axis) in self.axes.iter().enumerate() {
