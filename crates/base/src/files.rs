@@ -209,8 +209,8 @@ impl Files {
     /// [`Error::Unwritable`] with the path; if the disk is full or a file cannot be created, the earlier set is
     /// untouched.
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
-        let held = std::fs::create_dir_all(directory).and_then(|()| hold(directory, File::lock));
-        let _held = held.map_err(|reason| unwritable(directory, reason))?;
+        let held = std::fs::create_dir_all(directory).and_then(|()| lock_directory(directory, File::lock));
+        let _lock = held.map_err(|reason| unwritable(directory, reason))?;
         let mut staged = Vec::new();
         for (path, bytes) in &self.0 {
             let file = bytes.as_ref().map(|bytes| temporary(path, bytes)).transpose();
@@ -233,7 +233,7 @@ impl Files {
 const LOCK: &str = ".squid-lock";
 
 /// Locks a directory until the guard is dropped; has no effect on a file system without locks.
-fn hold(directory: &Path, lock: fn(&File) -> io::Result<()>) -> io::Result<File> {
+fn lock_directory(directory: &Path, lock: fn(&File) -> io::Result<()>) -> io::Result<File> {
     let path = directory.join(LOCK);
     let created = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
     let file = created.or_else(|reason| File::open(&path).map_err(|_| reason))?;
@@ -247,7 +247,7 @@ pub fn reading(last: &Path) -> Option<File> {
     let directory = last.parent()?;
     // While a set is being written, its last file is absent for a moment, but the lock exists.
     let there = last.is_file() || directory.join(LOCK).is_file();
-    there.then(|| hold(directory, File::lock_shared).ok()).flatten()
+    there.then(|| lock_directory(directory, File::lock_shared).ok()).flatten()
 }
 
 /// Removes a file, if it exists.
