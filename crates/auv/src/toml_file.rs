@@ -350,7 +350,7 @@ impl<'d> Table<'d> {
         let Some(text) = value.get_ref().as_str() else { return self.wrong_type(key, value, expected) };
         let problem = if text.trim().is_empty() {
             FileProblem::EmptyText { key: self.full_key(key) }
-        } else if let Some(found) = text.chars().find(|&c| !stands_in_xml(c)) {
+        } else if let Some(found) = text.chars().find(|&c| !is_xml_character(c)) {
             FileProblem::Character { key: self.full_key(key), found }
         } else {
             return Some(text.to_string());
@@ -521,8 +521,8 @@ fn decimal(value: &Spanned<DeValue<'_>>) -> Option<f64> {
 fn describe(value: &DeValue<'_>) -> String {
     match value {
         DeValue::String(text) => format!("the text {}", cited(text)),
-        DeValue::Integer(integer) => format!("the number {}", shortened(integer.as_str())),
-        DeValue::Float(float) => format!("the number {}", shortened(float.as_str())),
+        DeValue::Integer(integer) => format!("the number {}", shorten(integer.as_str())),
+        DeValue::Float(float) => format!("the number {}", shorten(float.as_str())),
         DeValue::Boolean(truth) => truth.to_string(),
         DeValue::Datetime(date) => format!("the date or time {date}"),
         DeValue::Array(_) => "a list".into(),
@@ -532,18 +532,18 @@ fn describe(value: &DeValue<'_>) -> String {
 
 /// Quotes a text on one line.
 pub fn cited(text: &str) -> String {
-    format!("\"{}\"", shortened(text))
+    format!("\"{}\"", shorten(text))
 }
 
 /// Returns the beginning of a long text.
-fn shortened(text: &str) -> String {
+fn shorten(text: &str) -> String {
     let rest = if text.chars().count() > LONGEST_SHOWN { "..." } else { "" };
     let visible = text.chars().map(|c| if c.is_control() { ' ' } else { c });
     visible.take(LONGEST_SHOWN).chain(rest.chars()).collect()
 }
 
 /// Returns `true` if XML 1.0 allows a character: texts of a vehicle appear in model descriptions.
-fn stands_in_xml(c: char) -> bool {
+fn is_xml_character(c: char) -> bool {
     !matches!(c, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}')
 }
 

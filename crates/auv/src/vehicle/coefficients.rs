@@ -351,8 +351,12 @@ impl Coefficients {
             // Pitch is coupled to a given surge, but not surge to pitch.
             mass[(2, 0)] = 0.0;
         }
-        is_positive("mass, I_yy", mass)?;
-        if self.leaves_plane() { is_positive("mass, I_xx, I_zz", self.lateral_mass_matrix()) } else { Ok(()) }
+        check_positive_definite("mass, I_yy", mass)?;
+        if self.leaves_plane() {
+            check_positive_definite("mass, I_xx, I_zz", self.lateral_mass_matrix())
+        } else {
+            Ok(())
+        }
     }
 
     /// Splits combined lift coefficients, as printed in many theses, and keeps the lift and viscous parts.
@@ -381,7 +385,7 @@ impl Coefficients {
 }
 
 /// Refuses a mass matrix whose symmetric part is not positive definite.
-fn is_positive(numbers: &'static str, mass: Matrix3<f64>) -> Result<(), CoefficientError> {
+fn check_positive_definite(numbers: &'static str, mass: Matrix3<f64>) -> Result<(), CoefficientError> {
     let symmetric = (mass + mass.transpose()) * 0.5;
     // Without a limit the decomposition never ends for entries that are not finite.
     let eigenvalues = SymmetricEigen::try_new(symmetric, f64::EPSILON, EIGENVALUE_ITERATIONS);

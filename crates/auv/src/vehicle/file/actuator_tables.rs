@@ -163,7 +163,7 @@ impl Reader<'_> {
         let roll = number("K_uu_delta", moment, "", false);
         let surge = number("X_uu_delta2", "kg/(m.rad2)", "", false);
         let limits = self.limits([&ANGLES, &["rad/s", "deg/s"]], None, sources);
-        let limits = limits.filter(|limits| self.can_be_deflected(limits));
+        let limits = limits.filter(|limits| self.check_deflections(limits));
         let (Z_uu_delta, M_uu_delta, X_uu_delta2) = (heave?, pitch?, surge?);
         let (Y_uu_delta, K_uu_delta, N_uu_delta) = (sway?, roll?, yaw?);
         let effect = Effect::ControlSurface {
@@ -178,7 +178,7 @@ impl Reader<'_> {
     }
 
     /// Returns `true` if the deflections are possible; otherwise reports them.
-    fn can_be_deflected(&self, limits: &Limits) -> bool {
+    fn check_deflections(&self, limits: &Limits) -> bool {
         let out_of_range = [("min", limits.min), ("max", limits.max)];
         let out_of_range = out_of_range.into_iter().find(|(_, angle)| angle.abs() > FARTHEST_DEFLECTION);
         if let Some((key, angle)) = out_of_range {
