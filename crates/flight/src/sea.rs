@@ -62,7 +62,7 @@ impl Sea {
             layers: Layers::new(&[[0.0, 0.0]])?,
             vertical: 0.0,
             gauss_markov: None,
-            sensors: perfect(),
+            sensors: perfect_sensors(),
             bottom: Bottom::default(),
         })
     }
@@ -211,6 +211,6 @@ fn indices() -> Vec<(usize, usize, usize)> {
 }
 
 /// Returns sensors without errors.
-pub(crate) fn perfect() -> Vec<SensorErrors> {
+pub(crate) fn perfect_sensors() -> Vec<SensorErrors> {
     sensed().map(|_| SensorErrors::NONE).collect()
 }

@@ -1,6 +1,6 @@
 //! Reads a sea file (TOML); `vehicles/sea.toml` explains every key.
 
-use crate::sea::{Sea, WaveParameters, perfect, sensed};
+use crate::sea::{Sea, WaveParameters, perfect_sensors, sensed};
 use squid_auv::Bottom;
 use squid_auv::number;
 use squid_auv::toml_file::{Document, FileError, Table};
@@ -35,11 +35,11 @@ fn sea(root: &Table<'_>) -> Option<Sea> {
     let (layers, vertical) = current?;
     Some(Sea {
         seed: seed? as u64,
-        depth: unless_faulty(depth)?,
-        waves: unless_faulty(waves)?,
+        depth: absent_or_valid(depth)?,
+        waves: absent_or_valid(waves)?,
         layers,
         vertical,
-        gauss_markov: unless_faulty(gauss_markov)?,
+        gauss_markov: absent_or_valid(gauss_markov)?,
         sensors: sensors?,
         bottom: bottom?,
     })
@@ -57,7 +57,7 @@ fn bottom(table: &Table<'_>) -> Option<Bottom> {
 const SLOPES: &str = "a number from -1 to 1, how much deeper the bottom is for each metre";
 
 /// Returns an optional value, absent or valid; `None` if it is present but invalid.
-fn unless_faulty<T>(found: Option<Option<T>>) -> Option<Option<T>> {
+fn absent_or_valid<T>(found: Option<Option<T>>) -> Option<Option<T>> {
     match found {
         None => Some(None),
         Some(read) => read.map(Some),
@@ -74,7 +74,7 @@ fn required(table: &Table<'_>, key: &str, meaning: &str) -> Option<f64> {
 }
 
 /// Reports an invalid value of a sea at its key.
-fn at_its_key<T>(table: &Table<'_>, result: Result<T, SeaError>) -> Option<T> {
+fn report_at_key<T>(table: &Table<'_>, result: Result<T, SeaError>) -> Option<T> {
     match result {
         Ok(result) => return Some(result),
         Err(SeaError::NotAllowed { key, found, allowed }) => table.not_allowed(key, number(found), allowed),
@@ -116,9 +116,9 @@ impl WaveParameters {
         });
         let (height, period, gamma) = (height?, period?, gamma?);
         let (heading, components) = (heading?, components?);
-        let spectrum = at_its_key(table, Spectrum::jonswap(height, period, gamma))?;
+        let spectrum = report_at_key(table, Spectrum::jonswap(height, period, gamma))?;
         let heading = heading.to_radians();
-        at_its_key(table, Waves::new(&spectrum, heading, components, 0))?;
+        report_at_key(table, Waves::new(&spectrum, heading, components, 0))?;
         Some(Self { spectrum, heading, components })
     }
 }
@@ -145,7 +145,7 @@ fn current(table: Option<&Table<'_>>) -> Option<(Layers, f64)> {
         );
         return None;
     }
-    Some((at_its_key(table, Layers::new(&layers))?, vertical))
+    Some((report_at_key(table, Layers::new(&layers))?, vertical))
 }
 
 /// Returns `true` if a velocity of the water is plausible: the fastest tidal streams stay below 11 m/s.
@@ -162,13 +162,13 @@ fn gauss_markov(table: &Table<'_>) -> Option<Wandering> {
     let min = required(table, "min", "lower bound of its part of the current (m/s)");
     let max = required(table, "max", "upper bound of its part of the current (m/s)");
     let parameters = Wandering { mu: mu?, noise: noise?, min: min?, max: max? };
-    at_its_key(table, parameters.check())?;
+    report_at_key(table, parameters.check())?;
     Some(parameters)
 }
 
 /// Reads the errors of each sensor; zero without a table.
 fn sensors(tables: &[Table<'_>]) -> Option<Vec<SensorErrors>> {
-    let (mut all, mut valid, mut seen) = (perfect(), true, Vec::new());
+    let (mut all, mut valid, mut seen) = (perfect_sensors(), true, Vec::new());
     for table in tables {
         table.allow_only(&["signal", "unit", "noise", "bias", "quantum", "rate", "delay"]);
         match sensor(table) {
@@ -204,7 +204,7 @@ fn sensor(table: &Table<'_>) -> Option<(usize, SensorErrors)> {
     let unit = signal.units[table.one_of("unit", &names)?];
     let factor = unit.factor;
     let errors = SensorErrors { noise: noise?, bias: bias?, quantum: quantum?, rate: rate?, delay: delay? };
-    at_its_key(table, errors.check())?;
+    report_at_key(table, errors.check())?;
     let SensorErrors { noise, bias, quantum, .. } = errors;
     for (key, found) in [("noise", noise), ("bias", bias), ("quantum", quantum)] {
         if found.abs() * factor > LARGEST_ERROR {
