@@ -55,13 +55,14 @@ pub fn gains(plan: &Plan<'_>, flights: &[u64]) -> Result<Vec<Gains>, Error> {
     for axis in plan.axes.iter().filter(|axis| !axis.uncertain.is_empty()) {
         let controller = controller_of(&axis.stored.controller.lft).map_err(DesignError::from)?;
         let speeds = axis.inputs.design.spread(SPEEDS);
-        let of_axis = speeds.par_iter().map(|speed| at((plan, axis), flights, &controller, *speed));
-        found.extend(of_axis.collect::<Result<Vec<Gains>, Error>>()?);
+        let axis_gains =
+            speeds.par_iter().map(|speed| gains_at_speed((plan, axis), flights, &controller, *speed));
+        found.extend(axis_gains.collect::<Result<Vec<Gains>, Error>>()?);
     }
     Ok(found)
 }
 
-fn at(
+fn gains_at_speed(
     (plan, axis): (&Plan<'_>, &Axis<'_>),
     flights: &[u64],
     controller: &Controller,
