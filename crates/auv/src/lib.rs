@@ -1,4 +1,4 @@
-//! An underwater vehicle: from a file of coefficients to its motion.
+//! Model of an underwater vehicle: from a file of coefficients to its motion.
 //!
 //! ```text
 //! vehicle.toml -> Vehicle -> Dynamics -> trim -> linearise
@@ -6,23 +6,23 @@
 //!                               +-> Plant (simulation, nonlinear or by an LPV model)
 //! ```
 //!
-//! - [`Vehicle::parse`]: a vehicle file becomes [`Coefficients`] and [`Actuator`]s, or a list of its mistakes;
+//! - [`Vehicle::parse`]: reads a vehicle file into [`Coefficients`] and [`Actuator`]s, or lists its mistakes;
 //!   [`Vehicle::to_json`] and [`Vehicle::from_json`] exchange a vehicle with other programs;
-//! - [`COEFFICIENTS`]: the table of every coefficient, which drives reading, validation and documentation;
-//! - [`Dynamics`]: the nonlinear equations of motion, over any [`Scalar`], those of surge, heave and pitch and those of
-//!   sway, roll and yaw; all but these moves in the vertical plane alone;
-//! - [`trim()`]: level, steady motion at a speed and a depth; [`trims`]: over a range of speeds, on one branch, by
-//!   what is asked of the [`Pitch`];
-//! - [`linearise()`]: A and B about a trim, by exact derivatives;
-//! - [`View`]: the motion as an axis of an autopilot has it; [`longitudinal`], [`lateral`], [`roll`] are its tables;
-//! - [`Lateral`]: the linear motion in sway, roll and yaw; [`Vehicle::in_plane`]: the vehicle without it;
-//! - [`turn()`]: steady turns at constant depth; [`linearise_turn`]: A and B about them, in all six degrees of freedom;
-//! - [`Descriptor`]: the same before the mass matrix is inverted, and its derivatives with respect to any
+//! - [`COEFFICIENTS`]: table of every coefficient, which drives reading, validation and documentation;
+//! - [`Dynamics`]: nonlinear equations of motion over any [`Scalar`], in surge, heave and pitch and in sway, roll and
+//!   yaw; a vehicle without the latter moves in the vertical plane only;
+//! - [`trim()`]: level, steady motion at a speed and a depth; [`trims`]: over a range of speeds, on one branch, under a
+//!   [`Pitch`] rule;
+//! - [`linearise()`]: A and B about a trim, from exact derivatives;
+//! - [`View`]: motion as seen by an axis of an autopilot; [`longitudinal`], [`lateral`], [`roll`] are its tables;
+//! - [`Lateral`]: linear motion in sway, roll and yaw; [`Vehicle::in_plane`]: the vehicle without it;
+//! - [`turn()`]: steady turns at constant depth; [`linearise_turn`]: A and B about them, in six degrees of freedom;
+//! - [`Descriptor`]: linear motion before the mass matrix is inverted, and its derivatives with respect to any
 //!   [`Parameter`] of vehicle and trim;
-//! - [`Plant`]: the vehicle in motion, by the nonlinear equations or by an [`LpvModel`];
-//! - [`Instant`] and [`Rates`]: the motion at one instant as states and their rates, over any [`Scalar`];
-//! - [`Water`]: waves and layered currents, from a crate that knows them, about a vehicle of a [`Pose`];
-//! - [`Slopes`]: inputs that are ramps instead of being held; [`Snapshot`]: the state of a plant, saved and restored.
+//! - [`Plant`]: simulation of the vehicle, by the nonlinear equations or an [`LpvModel`];
+//! - [`Instant`] and [`Rates`]: motion at one instant as states and their rates, over any [`Scalar`];
+//! - [`Water`]: interface to waves and layered currents of another crate, at the [`Pose`] of a vehicle;
+//! - [`Slopes`]: inputs as ramps instead of held values; [`Snapshot`]: state of a plant, saved and restored.
 //!
 //! ```
 //! use squid_auv::{Speed, Vehicle, linearise, trim};
@@ -58,7 +58,7 @@ pub use motion::parameter::{Parameter, UnknownParameter};
 pub use motion::trim::{Trim, climb, trim, trim_with};
 pub use motion::trim_error::TrimError;
 pub use motion::turn::{Turn, linearise_turn, turn};
-/// A number with its derivative in one direction.
+/// Number with its derivative in one direction.
 pub use num_dual::Dual64;
 pub use scalar::Scalar;
 pub use simulation::current::Current;
@@ -73,7 +73,7 @@ pub use simulation::slopes::Slopes;
 pub use simulation::snapshot::{Snapshot, SnapshotError};
 pub use simulation::surroundings::Surroundings;
 pub use simulation::water::{Pose, Water, WaterMotion};
-/// The curve of a thruster, and how well a vehicle is known.
+/// Curve of a thruster, and origin of the coefficients of a vehicle.
 pub use squid_signals::{Curve, Status};
 pub use toml_file::{FileError, FileProblem};
 pub use vehicle::actuator::{Actuator, Effect};

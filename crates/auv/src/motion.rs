@@ -1,4 +1,4 @@
-//! The equations of motion: forces, trims, linear models.
+//! Equations of motion: forces, trims, linear models.
 
 mod balance;
 pub(crate) mod branch;

@@ -2,6 +2,6 @@
 
 use num_dual::DualNum;
 
-/// A scalar that carries derivatives, or a plain `f64`.
+/// Scalar that carries derivatives, or a plain `f64`.
 pub trait Scalar: DualNum<Primitive = f64> + Copy {}
 impl<D: DualNum<Primitive = f64> + Copy> Scalar for D {}

@@ -1,4 +1,4 @@
-//! A vehicle in motion over time.
+//! Simulation of a vehicle over time.
 
 pub(crate) mod current;
 pub(crate) mod error;

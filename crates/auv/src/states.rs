@@ -1,8 +1,8 @@
-//! The states of the linear models of a vehicle.
+//! States of the linear models of a vehicle.
 
 use squid_signals::{State, States};
 
-/// The states of the linear model, x = \[u w q theta z\], in their order.
+/// States of the longitudinal model, x = \[u w q theta z\], in order.
 pub const LONGITUDINAL: [State; 5] = [
     State {
         symbol: "u",
@@ -36,27 +36,27 @@ pub const LONGITUDINAL: [State; 5] = [
     State { symbol: "z", unit: "m", name: "depth", acts: "a speed other than 0", shows: "measure 'depth'" },
 ];
 
-/// The states of the linear model of a vehicle: \[w q theta\], with u unless its speed is given from outside, and with
-/// the depth z for a design that has to do with it.
+/// Returns the states of the longitudinal model of a vehicle: \[w q theta\], with u unless its speed is given, and with
+/// z for designs that measure or track depth.
 pub fn longitudinal(speed_given: bool, depth: bool) -> States {
     static ALL: [State; 5] = LONGITUDINAL;
     &ALL[usize::from(speed_given)..ALL.len() - usize::from(!depth)]
 }
 
-/// The places of w, q and theta among states, or of v, r and psi: these stand one after the other.
+/// Returns the indices of w, q and theta among states, or of v, r and psi; these are contiguous.
 pub fn turning(states: States) -> [usize; 3] {
-    let across = states.iter().position(|state| ["w", "v"].contains(&state.symbol)).unwrap_or(0);
-    [across, across + 1, across + 2]
+    let first = states.iter().position(|state| ["w", "v"].contains(&state.symbol)).unwrap_or(0);
+    [first, first + 1, first + 2]
 }
 
-/// The place among states of the rate of turn of an axis: q, r, or p of roll alone.
+/// Returns the index among states of the angular velocity of an axis: q, r, or p for roll alone.
 pub fn turn_rate(states: States) -> usize {
-    let place = |symbol| states.iter().position(|state| state.symbol == symbol);
-    ["q", "r", "p"].into_iter().find_map(place).unwrap_or(0)
+    let index = |symbol| states.iter().position(|state| state.symbol == symbol);
+    ["q", "r", "p"].into_iter().find_map(index).unwrap_or(0)
 }
 
-/// The states of the linear model, x = \[p phi v r psi\], in their order. The r of an axis is the rate of heading,
-/// `psi' = r/cos(theta)` at the pitch of the trim.
+/// States of the lateral model, x = \[p phi v r psi\], in order. The r of an axis is the rate of heading, `psi' =
+/// r/cos(theta)` at the pitch of the trim.
 pub const LATERAL: [State; 5] = [
     State {
         symbol: "p",
@@ -95,13 +95,14 @@ pub const LATERAL: [State; 5] = [
     },
 ];
 
-/// The states of the linear model of an axis: \[v r psi\], with p and phi before them for one that measures roll.
+/// Returns the states of the lateral model of an axis: \[v r psi\], preceded by p and phi for an axis that measures
+/// roll.
 pub fn lateral(roll: bool) -> States {
     static ALL: [State; 5] = LATERAL;
     if roll { &ALL } else { &ALL[2..] }
 }
 
-/// Returns whether states are those of sway, roll and yaw.
+/// Returns `true` for states of sway, roll and yaw.
 pub(crate) fn are_lateral(states: States) -> bool {
     states.iter().all(|state| LATERAL.contains(state))
 }

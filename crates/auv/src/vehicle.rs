@@ -1,4 +1,4 @@
-//! A vehicle: its name and status, its coefficients, its actuators.
+//! Vehicle: its name and status, its coefficients, its actuators.
 
 pub(crate) mod actuator;
 pub(crate) mod allowed;
@@ -22,49 +22,48 @@ use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::Coefficients;
 use crate::vehicle::geometry::Geometry;
 
-/// A vehicle as read from a vehicle file.
+/// Vehicle as read from a vehicle file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vehicle {
     /// Name, for instance `squid`.
     pub name: String,
-    /// How well its coefficients are known.
+    /// Origin of the coefficients.
     pub status: Status,
-    /// What it is, in a sentence or two.
+    /// Description in a sentence or two.
     pub description: String,
-    /// Its coefficients.
+    /// Coefficients.
     pub coefficients: Coefficients,
-    /// Its actuators, thrusters first, each kind in the order of the file.
+    /// Actuators, thrusters first, each kind in the order of the file.
     pub actuators: Vec<Actuator>,
-    /// Those that another autopilot has, which keeps level flight beside an axis; see
+    /// Actuators of another autopilot, which keeps level flight beside an axis; see
     /// [`View::vehicle`](crate::View::vehicle).
     pub others: Vec<Actuator>,
-    /// The size of its hull, if the file says it.
+    /// Size of the hull, if given in the file.
     pub geometry: Option<Geometry>,
-    /// Where each number comes from, by the name of the coefficient or `actuator.key`.
+    /// Source of each number, by the name of the coefficient or `actuator.key`.
     pub sources: BTreeMap<String, String>,
-    /// What the source prints as its linear model, if the file says so. Only the TOML file contains it, not the
-    /// JSON of a vehicle.
+    /// Linear model printed in the source, if given in the file. The JSON of a vehicle does not contain it.
     pub published_linear_model: Option<Arc<PublishedLinearModel>>,
 }
 
-/// The poles of the linear model that the source of the coefficients prints, to be compared with those computed
-/// from the coefficients.
+/// Poles of the linear model printed in the source of the coefficients, for comparison with those computed from the
+/// coefficients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PublishedLinearModel {
     /// Speed \[m/s\].
     pub speed: f64,
     /// Poles \[rad/s\].
     pub poles: Vec<Complex<f64>>,
-    /// Where they are printed.
+    /// Source of the poles.
     pub source: String,
-    /// A note on them.
+    /// Note on the poles.
     pub note: String,
 }
 
-/// Longer names make names of files that some systems refuse.
+/// Length limit of a name: some systems refuse longer file names.
 const LONGEST_NAME: usize = 64;
 
-/// Whether a name may be part of the names of files and models.
+/// Returns `true` if a name may be part of the names of files and models.
 pub(crate) fn is_vehicle_name(name: &str) -> bool {
     name.len() <= LONGEST_NAME
         && name.starts_with(|c: char| c.is_ascii_alphabetic())

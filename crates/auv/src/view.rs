@@ -1,4 +1,4 @@
-//! The motion of a vehicle as an axis of an autopilot has it.
+//! Motion of a vehicle as seen by an axis of an autopilot.
 
 pub mod lateral;
 pub mod longitudinal;
@@ -11,7 +11,7 @@ use crate::vehicle::actuator::Actuator;
 pub use sensed::Sensed;
 use squid_signals::{Interface, Level, Signal, States};
 
-/// The number of signals of the view that has most.
+/// Largest number of signals of a view.
 pub const MOST_SIGNALS: usize = {
     let counts = [longitudinal::SENSED.len(), lateral::SENSED.len(), roll::SENSED.len()];
     let (mut most, mut index) = (0, 0);
@@ -24,21 +24,21 @@ pub const MOST_SIGNALS: usize = {
     most
 };
 
-/// The number of signals that can be tracked; they are the first of [`longitudinal::SIGNALS`].
+/// Number of signals that can be tracked; they are the first of [`longitudinal::SIGNALS`].
 pub const TRACKED: usize = 3;
 
-/// A value for each signal of an axis, in the order of its view; the rest of one with fewer signals is not used.
+/// Value for each signal of an axis, in the order of its view; a view with fewer signals leaves the rest unused.
 pub type Each<T> = [T; MOST_SIGNALS];
 
-/// A value for each row of [`longitudinal::SIGNALS`] that can be tracked.
+/// Value for each row of [`longitudinal::SIGNALS`] that can be tracked.
 pub type EachTracked<T> = [T; TRACKED];
 
-/// A value for the signal at a place in [`longitudinal::SIGNALS`], and 0 for the others that can be tracked.
+/// Returns a value for the signal at an index of [`longitudinal::SIGNALS`], and 0 for the others that can be tracked.
 pub fn only(index: usize, value: f64) -> EachTracked<f64> {
     std::array::from_fn(|one| if one == index { value } else { 0.0 })
 }
 
-/// The number of [`references`].
+/// Number of [`references`].
 pub const REFERENCES: usize = {
     const fn own(table: &[Sensed]) -> usize {
         let (mut count, mut index) = (0, 0);
@@ -54,40 +54,40 @@ pub const REFERENCES: usize = {
     1 + own(&longitudinal::SENSED) + own(&lateral::SENSED) + own(&roll::SENSED)
 };
 
-/// Returns every signal that can be tracked, with the index of its view and its place there; the speed, which each view
-/// has, is that of the first.
+/// Returns every signal that can be tracked, with the index of its view and its index there; the speed, common to all
+/// views, is listed with the first.
 pub fn references() -> impl Iterator<Item = (usize, usize, &'static Signal)> {
     VIEWS.iter().enumerate().flat_map(|(index, view)| {
         let is_own = move |signal: &Signal| index == 0 || signal.level != Level::Scheduled;
         let all = view.interface.signals.iter().enumerate();
         let own = all.filter(move |(_, signal)| signal.reference.is_some() && is_own(signal));
-        own.map(move |(place, signal)| (index, place, signal))
+        own.map(move |(signal_index, signal)| (index, signal_index, signal))
     })
 }
 
-/// A part of the motion, as a table: its states and its signals, and what acts on it.
+/// View of the motion: a table of its states, its signals and its actuators.
 #[derive(Debug)]
 pub struct View {
-    /// The motion, in words.
+    /// Name of the motion, in text.
     pub name: &'static str,
-    /// The states of its linear models and its signals.
+    /// States of the linear models and signals.
     pub interface: &'static Interface,
-    /// Its signals, in the order of the interface.
+    /// Signals with their sensors, in the order of the interface.
     pub sensed: &'static [Sensed],
-    /// Returns the states of the linear models of a vehicle, where signals at some places are tracked or measured.
+    /// Returns the states of the linear models of a vehicle; the function is `true` for the indices of signals tracked
+    /// or measured.
     pub states: fn(&Vehicle, &dyn Fn(usize) -> bool) -> States,
-    /// Whether surge, heave and pitch are none of its states, and an axis alone flies while they are held at their
-    /// trim.
+    /// `true` if surge, heave and pitch are held at trim when an axis of this view flies alone.
     pub is_level_held: bool,
-    /// Returns whether an axis of this view commands an actuator.
+    /// Returns `true` if an axis of this view commands an actuator.
     pub acts: fn(&Actuator) -> bool,
-    /// The words for an actuator that is missing: what it would do, and how the file gives it.
+    /// Message for a missing actuator: its effect, and its keys in the vehicle file.
     pub needs: &'static str,
-    /// The index in a [`Load`](crate::Load) of the moment that turns the vehicle in this view.
+    /// Index in a [`Load`](crate::Load) of the moment of this view.
     pub moment: usize,
 }
 
-/// Surge, heave and pitch.
+/// View of surge, heave and pitch.
 pub static LONGITUDINAL: View = View {
     name: "surge, heave and pitch",
     interface: &longitudinal::INTERFACE,
@@ -102,7 +102,7 @@ pub static LONGITUDINAL: View = View {
     moment: 4,
 };
 
-/// Sway, roll and yaw.
+/// View of sway, roll and yaw.
 pub static LATERAL: View = View {
     name: "sway, roll and yaw",
     interface: &lateral::INTERFACE,
@@ -115,7 +115,7 @@ pub static LATERAL: View = View {
     moment: 5,
 };
 
-/// Roll, by what rolls alone.
+/// View of roll, for actuators that only roll the vehicle.
 pub static ROLL: View = View {
     name: "roll",
     interface: &roll::INTERFACE,
@@ -128,25 +128,24 @@ pub static ROLL: View = View {
     moment: 3,
 };
 
-/// Each view.
+/// All views.
 pub static VIEWS: [&View; 3] = [&LONGITUDINAL, &LATERAL, &ROLL];
 
 impl View {
-    /// Returns the view of some states of linear models, the smallest that has them all; the first if there is none, as
-    /// of another vehicle's.
+    /// Returns the smallest view that has all these states of linear models; the first if there is none.
     pub fn of_states(states: States) -> &'static Self {
         let has_all = |view: &&&Self| states.iter().all(|state| view.interface.states.contains(state));
         let own = VIEWS.iter().filter(has_all).min_by_key(|view| view.interface.states.len());
         own.copied().unwrap_or(&LONGITUDINAL)
     }
 
-    /// Returns whether its first signals have these names: those of a design that was made before it had more.
+    /// Returns `true` if the first signals have these names; a design may lack signals that were added later.
     pub fn has_signals<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> bool {
         let own = self.interface.signals.iter().map(|one| Some(one.name)).chain(std::iter::repeat(None));
         names.into_iter().map(Some).zip(own).all(|(name, own)| name == own)
     }
 
-    /// Returns the signals in a state, SI, in the order of the interface.
+    /// Returns the measurements in a state, SI, in the order of the interface.
     pub fn measured(&self, state: &State) -> Each<f64> {
         let mut all = [0.0; MOST_SIGNALS];
         all.iter_mut().zip(self.sensed).for_each(|(value, one)| *value = (one.value)(state));
@@ -156,13 +155,13 @@ impl View {
     /// Returns a state with an offset, SI, of each signal; an offset of 0 changes no bit.
     #[must_use]
     pub fn displaced(&self, mut state: State, by: Each<f64>) -> State {
-        let moved = self.sensed.iter().zip(by).filter(|(_, by)| *by != 0.0);
-        moved.for_each(|(one, by)| (one.displace)(&mut state, by));
+        let shifted = self.sensed.iter().zip(by).filter(|(_, by)| *by != 0.0);
+        shifted.for_each(|(one, by)| (one.displace)(&mut state, by));
         state
     }
 
-    /// Returns the vehicle as an axis of this view has it: in the vertical plane alone, or with the actuators that act
-    /// in this view; what is left over keeps level flight.
+    /// Returns the vehicle for an axis of this view: in the vertical plane, or with the actuators of this view, while
+    /// the others keep level flight.
     #[must_use]
     pub fn vehicle(&self, whole: &Vehicle) -> Vehicle {
         if !self.is_level_held {
@@ -174,7 +173,7 @@ impl View {
         Vehicle { actuators, others, ..whole.clone() }
     }
 
-    /// Returns the signal from whose value at the start its references count, in a state: the depth, or the heading.
+    /// Returns the signal, in the initial state, from which its references count: depth or heading; 0 if there is none.
     pub fn origin(&self, start: &State) -> f64 {
         let own = self.sensed.iter().find(|one| one.signal.level == Level::Start);
         own.map_or(0.0, |one| (one.value)(start))
@@ -186,7 +185,7 @@ mod tests {
     use super::*;
     use crate::motion::dynamics::Motion;
 
-    fn somewhere() -> State {
+    fn sample_state() -> State {
         State {
             motion: Motion::in_plane(1.5, 0.1, 0.0, -0.05),
             x: 1.0,
@@ -197,10 +196,10 @@ mod tests {
         }
     }
 
-    /// A signal that is displaced is measured so, in each view, and no other moves by more than their coupling.
+    /// The measurement of an offset signal shows the offset, in each view.
     #[test]
-    fn an_offset_is_measured() {
-        let state = somewhere();
+    fn offset_signal_shows_the_offset() {
+        let state = sample_state();
         for view in VIEWS {
             for index in 0..view.sensed.len() {
                 let mut by = [0.0; MOST_SIGNALS];
@@ -214,9 +213,9 @@ mod tests {
         assert_eq!(VIEWS.map(|view| view.origin(&state)), [8.0, 0.4, 0.0]);
     }
 
-    /// Signals that a view has more than a design are its last.
+    /// Signals that a view has in addition to those of a design are its last.
     #[test]
-    fn a_design_knows_its_view() {
+    fn recognises_the_signals_of_a_view() {
         assert!(LONGITUDINAL.has_signals(["pitch", "speed", "depth"]) && ROLL.has_signals(["roll"]));
         assert!(
             !LONGITUDINAL.has_signals(["speed"]) && !ROLL.has_signals(["roll", "speed", "roll_rate", "sway"])
@@ -228,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reference_is_of_one_view() {
+    fn each_reference_belongs_to_one_view() {
         let names: Vec<_> = references().map(|(.., signal)| signal.name).collect();
         assert_eq!(names, ["pitch", "speed", "depth", "heading", "roll"]);
         assert_eq!(names.len(), REFERENCES);
@@ -236,14 +235,14 @@ mod tests {
 
     /// The output equation `y = C x` of each view has the slopes of its signals about straight flight.
     #[test]
-    fn signals_follow_their_states() {
-        let start = somewhere();
+    fn output_equation_matches_the_signals() {
+        let start = sample_state();
         let step = 1e-6;
         for view in VIEWS {
             for state in view.interface.states {
-                // In straight flight psi' is r/cos(theta), of which the state r of an axis is the value.
+                // In straight flight psi' is r/cos(theta); the state r of an axis is psi'.
                 let cos = start.motion.theta.cos();
-                let moved = |by: f64| {
+                let shifted = |by: f64| {
                     let mut to = start;
                     let motion = &mut to.motion;
                     match state.symbol {
@@ -261,7 +260,7 @@ mod tests {
                     }
                     view.measured(&to)
                 };
-                let (high, low) = (moved(step), moved(-step));
+                let (high, low) = (shifted(step), shifted(-step));
                 for (index, signal) in view.interface.signals.iter().enumerate() {
                     let slope = (high[index] - low[index]) / (2.0 * step);
                     let row = signal.output(state);

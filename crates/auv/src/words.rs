@@ -1,6 +1,6 @@
 //! Numbers and names in messages.
 
-/// A number in messages: the shortest digits that read back to it, with a power of ten in place of many zeros.
+/// Formats a number for messages: the shortest digits that read back to it, with an exponent instead of many zeros.
 ///
 /// ```
 /// assert_eq!([0.2, -60.0, 1e300, 1e-300].map(squid_auv::number), ["0.2", "-60", "1e300", "1e-300"]);
@@ -13,7 +13,7 @@ pub fn number(v: f64) -> String {
     if (1e-4..1e7).contains(&size) || !v.is_finite() { v.to_string() } else { format!("{v:e}") }
 }
 
-/// A computed number in messages: six significant digits without trailing zeros.
+/// Formats a computed number for messages: six significant digits without trailing zeros.
 ///
 /// ```
 /// assert_eq!([1443.6461006741401, 2.0 / 3.0, -0.0, 3e300].map(squid_auv::rounded), ["1443.65", "0.666667", "0", "3e300"]);
@@ -24,16 +24,16 @@ pub fn rounded(v: f64) -> String {
     Rounded(v).to_string()
 }
 
-/// Returns the factor from a unit to the one in which people read it, and the latter: degrees for radians.
+/// Returns the factor from a unit to its readable equivalent, and the latter: degrees for radians.
 pub fn readable(unit: &str) -> (f64, &str) {
     if unit == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, unit) }
 }
 
-/// Displays a number as [`rounded`] does.
+/// Displays a number like [`rounded`].
 pub(crate) struct Rounded(pub(crate) f64);
 
 impl std::fmt::Display for Rounded {
-    // Small rather than fast, because it is in every FMU: a parser of decimal numbers would take 20 kB there.
+    // Optimised for size, since it is part of every FMU: a decimal parser would take 20 kB there.
     #[cold]
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let v = self.0;
@@ -55,7 +55,7 @@ impl std::fmt::Display for Rounded {
     }
 }
 
-/// Without trailing zeros after the decimal point.
+/// Returns the digits without trailing zeros after the decimal point.
 fn short(digits: &str) -> &str {
     let mut end = digits.len();
     if digits.contains('.') {

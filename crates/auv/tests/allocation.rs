@@ -1,4 +1,4 @@
-//! No step allocates: counted by the allocator itself.
+//! No step allocates, as counted by the allocator.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 

@@ -1,4 +1,4 @@
-//! Files: read as text, and written whole or not at all.
+//! Reading of text files, and atomic writing of files.
 
 use serde::Serialize;
 use std::fs::{File, OpenOptions};
@@ -8,38 +8,38 @@ use strum::IntoStaticStr;
 use tempfile::TempPath;
 use thiserror::Error as ThisError;
 
-/// What stops a file from being read or written.
+/// Reason why a file cannot be read or written.
 #[derive(Debug, ThisError, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
-    /// A file cannot be read.
+    /// The file cannot be read.
     #[error("{path}: cannot be read: {reason}")]
     Unreadable { path: String, reason: io::Error },
     /// There is no such file.
     #[error("{path}: there is no such file")]
     NotFound { path: String },
-    /// The path is a folder.
+    /// The path is a directory.
     #[error("{path}: this is a folder; it must be a file")]
     Folder { path: String },
-    /// A link to a file that does not exist.
+    /// A symbolic link that is broken or cyclic.
     #[error(
         "{path}: this is a link that leads to no file, or back to itself; it must be a file, or a link to one"
     )]
     Link { path: String },
-    /// A pipe, a device or a socket, which may have no end.
+    /// A pipe, a device or a socket, whose content may be endless.
     #[error("{path}: this is a pipe or a device; it must be a file")]
     Special { path: String },
-    /// A file larger than any that is read.
+    /// A file above the size limit.
     #[error("{path}: it has more than {} MB, the most that is read", LARGEST >> 20)]
     Large { path: String },
-    /// The text is not UTF-8; `place` is the file, with the line if that is known.
+    /// Text that is not UTF-8; `place` is the file, with the line if that is known.
     #[error("{place}: the text is not UTF-8 but {found}; save the file as UTF-8")]
     Encoding { place: String, found: String },
-    /// A file cannot be written.
+    /// The file cannot be written.
     #[error("{path}: cannot be written: {reason}")]
     Unwritable { path: String, reason: io::Error },
-    /// JSON could not be written or read.
+    /// Failure to write or read JSON.
     #[error("{path}: {reason}")]
     Json { path: String, reason: serde_json::Error },
 }
@@ -47,13 +47,13 @@ pub enum Error {
 const UTF16_MARKS: [[u8; 2]; 2] = [[0xff, 0xfe], [0xfe, 0xff]];
 const UTF8_MARK: char = '\u{feff}';
 
-/// The most that is read of a file, in bytes.
+/// Size limit of a file that is read, in bytes.
 const LARGEST: u64 = 256 << 20;
 
-/// Opens a file that may come from anyone.
+/// Opens a file from an untrusted source.
 ///
 /// # Errors
-/// No such file, a folder, a broken link, a pipe or device, more than 256 MB.
+/// No such file, a directory, a broken link, a pipe or device, more than 256 MB.
 pub fn open(path: &Path) -> Result<File, Error> {
     let found = std::fs::metadata(path).map_err(|reason| unreadable(path, reason))?;
     let file = || path.display().to_string();
@@ -68,13 +68,13 @@ pub fn open(path: &Path) -> Result<File, Error> {
     }
 }
 
-/// Reads a file that may come from anyone.
+/// Reads a file from an untrusted source.
 ///
 /// # Errors
-/// Those of [`open`].
+/// All those of [`open`].
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     let mut bytes = vec![];
-    // A file of the kernel has any length.
+    // Files of /proc and /sys report no size, so the length is limited here.
     let read = open(path)?.take(LARGEST + 1).read_to_end(&mut bytes);
     read.map_err(|reason| unreadable(path, reason))?;
     if bytes.len() as u64 > LARGEST {
@@ -83,10 +83,10 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     Ok(bytes)
 }
 
-/// Reads a text in UTF-8; the byte order mark that some editors put before it is removed.
+/// Reads UTF-8 text without its byte order mark.
 ///
 /// # Errors
-/// Those of [`open`]; another encoding.
+/// All those of [`open`]; another encoding.
 pub fn read(path: &Path) -> Result<String, Error> {
     let bytes = read_bytes(path)?;
     let file = path.display();
@@ -116,7 +116,7 @@ fn unreadable(path: &Path, reason: io::Error) -> Error {
     }
 }
 
-/// Checks, before the work for it, that files can be written to a directory; it need not exist yet, and is not made.
+/// Checks in advance that files can be written to a directory, without creating it.
 ///
 /// # Errors
 /// [`Error::Unwritable`].
@@ -135,10 +135,10 @@ fn unwritable(path: &Path, reason: io::Error) -> Error {
     Error::Unwritable { path: path.display().to_string(), reason }
 }
 
-/// Writes a file through a temporary one beside it, renamed at the end; devices and pipes are written directly.
+/// Writes a file by renaming a temporary one in the same directory; devices and pipes are written directly.
 ///
 /// # Errors
-/// [`Error::Unwritable`] with the path; nothing is then left behind.
+/// [`Error::Unwritable`] with the path; no file is left behind then.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let special = std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir());
     let attempt = if special {
@@ -149,7 +149,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     attempt.map_err(|reason| unwritable(path, reason))
 }
 
-/// A file under another name beside the one that it is for, on the disk with all its bytes; gone when dropped.
+/// Returns a temporary file in the directory of `path`, synced to disk with all bytes; dropping it removes it.
 fn temporary(path: &Path, bytes: &[u8]) -> io::Result<TempPath> {
     if path.is_dir() {
         return Err(io::Error::new(ErrorKind::IsADirectory, "it is a directory, and a file is needed here"));
@@ -158,38 +158,38 @@ fn temporary(path: &Path, bytes: &[u8]) -> io::Result<TempPath> {
     std::fs::create_dir_all(folder)?;
     let mut file = tempfile::Builder::new().prefix(".squid-").tempfile_in(folder)?;
     file.write_all(bytes)?;
-    readable(file.as_file())?;
-    // Some file systems say no sooner than this that they are full.
+    make_readable(file.as_file())?;
+    // Some file systems report a full disk only here.
     file.as_file().sync_all()?;
     Ok(file.into_temp_path())
 }
 
-/// Temporary files are private; what is handed out may be read by all.
+/// Makes a file readable for all: temporary files are private.
 #[cfg(unix)]
-fn readable(file: &File) -> io::Result<()> {
+fn make_readable(file: &File) -> io::Result<()> {
     use std::os::unix::fs::PermissionsExt;
     file.set_permissions(std::fs::Permissions::from_mode(0o644))
 }
 
 #[cfg(not(unix))]
-fn readable(_: &File) -> io::Result<()> {
+fn make_readable(_: &File) -> io::Result<()> {
     Ok(())
 }
 
-/// Files of one directory that belong together: all of them are written, or none.
+/// Set of files in one directory: all are written, or none.
 ///
-/// The last one is removed first and written last: where it exists, all files are of the same set, even after a loss
+/// The last file is removed first and written last: where it exists, all files are of the same set, even after a loss
 /// of power.
 #[derive(Debug, Default)]
 pub struct Files(Vec<(PathBuf, Option<Vec<u8>>)>);
 
 impl Files {
-    /// A file to be written.
+    /// Adds a file to write.
     pub fn add(&mut self, path: PathBuf, bytes: impl Into<Vec<u8>>) {
         self.0.push((path, Some(bytes.into())));
     }
 
-    /// A value to be written as JSON.
+    /// Adds a value to write as JSON.
     ///
     /// # Errors
     /// [`Error::Json`].
@@ -200,18 +200,19 @@ impl Files {
         Ok(())
     }
 
-    /// A file of an earlier set to be removed.
+    /// Adds a file of an earlier set to remove.
     pub fn remove(&mut self, path: PathBuf) {
         self.0.push((path, None));
     }
 
-    /// Writes all of them, while nobody else writes to the directory or reads a set there.
+    /// Writes the set under an exclusive lock of the directory.
     ///
     /// # Errors
-    /// [`Error::Unwritable`] with the path; where a disk is full or a file cannot be made, all is as it was.
+    /// [`Error::Unwritable`] with the path; if the disk is full or a file cannot be created, the earlier set is
+    /// untouched.
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
-        let held = std::fs::create_dir_all(directory).and_then(|()| hold(directory, File::lock));
-        let _held = held.map_err(|reason| unwritable(directory, reason))?;
+        let held = std::fs::create_dir_all(directory).and_then(|()| lock_directory(directory, File::lock));
+        let _lock = held.map_err(|reason| unwritable(directory, reason))?;
         let mut staged = Vec::new();
         for (path, bytes) in &self.0 {
             let file = bytes.as_ref().map(|bytes| temporary(path, bytes)).transpose();
@@ -230,28 +231,28 @@ impl Files {
     }
 }
 
-/// The file that is locked. It is never removed, because a lock on a file being removed excludes nobody.
+/// Name of the lock file. It is never removed, because a lock on a deleted file excludes nobody.
 const LOCK: &str = ".squid-lock";
 
-/// Locks a directory until the guard is dropped. A file system without locks excludes nobody.
-fn hold(directory: &Path, lock: fn(&File) -> io::Result<()>) -> io::Result<File> {
+/// Locks a directory until the guard is dropped; has no effect on a file system without locks.
+fn lock_directory(directory: &Path, lock: fn(&File) -> io::Result<()>) -> io::Result<File> {
     let path = directory.join(LOCK);
-    let made = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
-    let file = made.or_else(|reason| File::open(&path).map_err(|_| reason))?;
+    let created = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+    let file = created.or_else(|reason| File::open(&path).map_err(|_| reason))?;
     let _ = lock(&file);
     Ok(file)
 }
 
-/// Locks a set of files, named by its last one, for reading until the guard is dropped. A directory that cannot be
-/// written to is not locked, because its files cannot change.
+/// Locks a set of files, named by its last one, for reading until the guard is dropped. A read-only directory is not
+/// locked, because its files cannot change.
 pub fn reading(last: &Path) -> Option<File> {
     let directory = last.parent()?;
-    // While a set is being written, its last file is not there for a moment, but the lock is.
+    // While a set is being written, its last file is absent for a moment, but the lock exists.
     let there = last.is_file() || directory.join(LOCK).is_file();
-    there.then(|| hold(directory, File::lock_shared).ok()).flatten()
+    there.then(|| lock_directory(directory, File::lock_shared).ok()).flatten()
 }
 
-/// Removes a file, if it is there.
+/// Removes a file, if it exists.
 fn remove(path: &Path) -> Result<(), Error> {
     match std::fs::remove_file(path) {
         Err(reason) if reason.kind() != ErrorKind::NotFound => Err(unwritable(path, reason)),

@@ -1,4 +1,4 @@
-//! What every crate above needs: files, progress of long work, numbers for people.
+//! Basics for all other crates: files, progress reports, formatted numbers.
 
 pub mod files;
 pub mod numbers;

@@ -1,6 +1,7 @@
-//! Numbers for people: rounded, with a unit, or a word where there is no number.
+//! Numbers formatted for people: rounded, with a unit, or text for a missing number.
 
-/// A number with `digits` decimals, and 0 rather than -0; with an exponent from 10^15 on, where f64 has none.
+/// Formats a number with `digits` decimals, and 0 instead of -0; with an exponent from 10^15 on, where f64 has no
+/// decimals.
 pub fn decimals(v: f64, digits: usize) -> String {
     if v.is_finite() && v.abs() >= 1e15 {
         return format!("{v:.digits$e}");
@@ -10,36 +11,36 @@ pub fn decimals(v: f64, digits: usize) -> String {
     if is_zero { text.trim_start_matches('-').into() } else { text }
 }
 
-/// An upper bound for display: rounded up, so that the displayed value is a bound, too.
+/// Formats an upper bound with four decimals, rounded up so that the displayed value is still a bound.
 pub fn above(bound: f64) -> String {
     format!("{:.4}", rounded_up(bound))
 }
 
-/// An upper bound as [`above`] displays it.
+/// Returns an upper bound as [`above`] displays it.
 pub fn rounded_up(bound: f64) -> f64 {
     const DECIMALS: f64 = 1e4;
     let up = (bound * DECIMALS).ceil() / DECIMALS;
     if up.is_finite() { up } else { bound }
 }
 
-/// A number rounded down to two significant digits.
+/// Formats a number rounded down to two significant digits.
 pub fn rounded_down(v: f64) -> String {
     let unit = 10f64.powf(v.log10().floor() - 1.0);
     format!("{:.*}", (1.0 - v.log10().floor()).max(0.0) as usize, (v / unit).floor() * unit)
 }
 
-/// A number as [`decimals`] shows it, without trailing zeros.
+/// Formats a number like [`decimals`], without trailing zeros.
 pub fn tidy(v: f64, digits: usize) -> String {
     let text = decimals(v, digits);
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
-/// A fraction in percent, with `digits` decimals.
+/// Formats a fraction in percent, with `digits` decimals.
 pub fn percent(fraction: f64, digits: usize) -> String {
     format!("{} %", decimals(100.0 * fraction, digits))
 }
 
-/// A figure that may be unknown (NaN) or never reached (infinite).
+/// Formats a figure that may be unknown (NaN) or never reached (infinite).
 pub fn known(v: f64, digits: usize) -> String {
     match v {
         v if v.is_nan() => "-".into(),
@@ -48,7 +49,7 @@ pub fn known(v: f64, digits: usize) -> String {
     }
 }
 
-/// Six significant digits, rounded by `round`; all digits of a number that is too large or too small for that.
+/// Formats six significant digits, rounded by `round`; all digits if the rounded value is subnormal or overflows.
 pub fn digits(value: f64, round: fn(f64) -> f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
@@ -65,12 +66,12 @@ pub fn digits(value: f64, round: fn(f64) -> f64) -> String {
     }
 }
 
-/// An upper bound, if it is known.
+/// Formats an upper bound, or `unknown`.
 pub fn at_most(bound: Option<f64>) -> String {
     bound.map_or_else(|| "unknown".into(), |v| digits(v, f64::ceil))
 }
 
-/// A lower bound.
+/// Formats a lower bound.
 pub fn at_least(bound: f64) -> String {
     digits(bound, f64::floor)
 }
@@ -80,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_digits_are_kept() {
+    fn keeps_two_digits() {
         assert_eq!([0.0112, 0.999, 1.26, 0.000541].map(rounded_down), ["0.011", "0.99", "1.2", "0.00054"]);
     }
 
@@ -93,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rounded_bound_is_still_a_bound() {
+    fn rounded_bound_is_a_bound() {
         for (value, expected) in [
             (0.560_244_39, "0.560245"),
             (2.240_977_5, "2.24098"),

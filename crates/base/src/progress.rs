@@ -1,41 +1,41 @@
-//! Progress of a long computation, through a callback.
+//! Progress of a long computation, reported through a callback.
 
 use std::fmt::{self, Debug, Formatter};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// An event of a running computation.
+/// Event of a running computation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event<'e> {
-    /// A stage has begun.
+    /// Start of a stage.
     Began {
-        /// Its name.
+        /// Name of the stage.
         stage: &'e str,
-        /// What is being done, in words.
+        /// Description of the work.
         what: &'e str,
     },
-    /// The stage that began last is over; its result follows as [`Event::Done`], if it has one.
+    /// End of the stage that began last; its result, if any, follows as [`Event::Done`].
     Ended,
-    /// What must be read before any result.
+    /// Warning to be read before any result.
     Warning {
-        /// In words.
+        /// Text of the warning.
         words: &'e str,
     },
-    /// The result of a stage.
+    /// Result of a stage.
     Done {
-        /// Its name.
+        /// Name of the stage.
         stage: &'e str,
-        /// Its key figures, a line each.
+        /// Key figures, one a line.
         figures: &'e str,
     },
 }
 
-/// Calls back on each event; from several threads where work is shared out.
+/// Callback for events; parallel work calls it from several threads.
 #[derive(Clone, Copy, Default)]
 pub struct Progress<'p>(Option<&'p (dyn Fn(Event) + Sync)>);
 
 impl<'p> Progress<'p> {
-    /// Calls `back` on each event. [`Progress::default`] calls nothing.
+    /// Returns a reporter that calls `back` on each event; [`Progress::default`] has no callback.
     pub fn new(back: &'p (dyn Fn(Event) + Sync)) -> Self {
         Self(Some(back))
     }
@@ -46,48 +46,48 @@ impl<'p> Progress<'p> {
         }
     }
 
-    /// A stage begins; it ends when the guard is dropped.
+    /// Reports the start of a stage, and its end when the guard is dropped.
     pub fn begin(&self, stage: &str, what: &str) -> Running<'p> {
         self.call_back(Event::Began { stage, what });
         Running { progress: *self }
     }
 
-    /// Runs the work of a stage; what it returns, and the seconds that it took.
+    /// Runs the work of a stage; returns its value and the elapsed time \[s\].
     pub fn timed<T>(&self, stage: &str, what: &str, work: impl FnOnce() -> T) -> (T, f64) {
         let (_running, started) = (self.begin(stage, what), Instant::now());
         (work(), started.elapsed().as_secs_f64())
     }
 
-    /// Something must be read before any result.
+    /// Reports a warning to be read before any result.
     pub fn warn(&self, words: &str) {
         self.call_back(Event::Warning { words });
     }
 
-    /// A stage has a result.
+    /// Reports the result of a stage.
     pub fn done(&self, stage: &str, figures: &str) {
         self.call_back(Event::Done { stage, figures });
     }
 }
 
-/// The results that stages reported, kept to be reported later: those of one of several attempts.
+/// Results of stages, stored to be reported later: those of one of several attempts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Results(Vec<(String, String)>);
 
 impl Results {
-    /// Runs the work and returns its value with the results that it reported.
+    /// Runs the work; returns its value and the results that it reported.
     pub fn of<T>(work: impl FnOnce(&Progress) -> T) -> (T, Self) {
-        let found = Mutex::new(vec![]);
-        let keep = |event: Event| {
+        let results = Mutex::new(vec![]);
+        let store = |event: Event| {
             if let Event::Done { stage, figures } = event {
-                let mut all = found.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut all = results.lock().unwrap_or_else(PoisonError::into_inner);
                 all.push((stage.to_owned(), figures.to_owned()));
             }
         };
-        let value = work(&Progress::new(&keep));
-        (value, Self(found.into_inner().unwrap_or_else(PoisonError::into_inner)))
+        let value = work(&Progress::new(&store));
+        (value, Self(results.into_inner().unwrap_or_else(PoisonError::into_inner)))
     }
 
-    /// Reports the results in their order.
+    /// Reports the stored results in order.
     pub fn tell(&self, progress: &Progress) {
         self.0.iter().for_each(|(stage, figures)| progress.done(stage, figures));
     }
@@ -99,7 +99,7 @@ impl Debug for Progress<'_> {
     }
 }
 
-/// A stage under way.
+/// Guard of a running stage.
 #[derive(Debug)]
 pub struct Running<'p> {
     progress: Progress<'p>,

@@ -1,18 +1,18 @@
-//! Files read, and written whole or not at all.
+//! Reading of files, and atomic writing of a set.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use squid_base::files::{Files, check_directory, read};
 use std::path::Path;
 
-/// Each says what stands there and what to do; none has a line 0.
+/// Each message names the file and the remedy; none reports a line 0.
 #[test]
-fn files_that_are_no_text() {
+fn rejects_files_without_utf8_text() {
     let folder = tempfile::tempdir().unwrap();
     let to = |name: &str| folder.path().join(name);
     std::fs::create_dir_all(to("folder")).unwrap();
     let message = |name: &str| {
-        let words = read(&to(name)).unwrap_err().to_string();
-        words.strip_prefix(folder.path().to_str().unwrap()).unwrap()[1..].to_owned()
+        let text = read(&to(name)).unwrap_err().to_string();
+        text.strip_prefix(folder.path().to_str().unwrap()).unwrap()[1..].to_owned()
     };
     assert_eq!(message("none"), "none: there is no such file");
     assert_eq!(message("folder"), "folder: this is a folder; it must be a file");
@@ -45,15 +45,15 @@ fn files_that_are_no_text() {
 }
 
 #[test]
-fn a_directory_is_checked_and_not_made() {
+fn checks_a_directory_without_creating_it() {
     let folder = tempfile::tempdir().unwrap();
     let (file, deep) = (folder.path().join("file"), folder.path().join("a").join("b"));
     std::fs::write(&file, "mine").unwrap();
     check_directory(&deep).unwrap();
     check_directory(Path::new("")).unwrap();
     assert!(!deep.parent().unwrap().exists());
-    for wrong in [file.clone(), file.join("deeper")] {
-        let message = check_directory(&wrong).unwrap_err().to_string();
+    for path in [file.clone(), file.join("deeper")] {
+        let message = check_directory(&path).unwrap_err().to_string();
         assert_eq!(
             message,
             format!("{}: cannot be written: it is a file, and a directory is needed here", file.display())
@@ -62,7 +62,7 @@ fn a_directory_is_checked_and_not_made() {
 }
 
 #[test]
-fn a_set_is_written_whole_or_not_at_all() {
+fn writes_a_set_completely_or_not_at_all() {
     let folder = tempfile::tempdir().unwrap();
     let to = |name: &str| folder.path().join(name);
     let set = |first: &str| {

@@ -1,9 +1,10 @@
-//! The gains of the drawn vehicles, and the guaranteed gain of the uncertain model.
+//! Gains of the drawn vehicles, and the guaranteed gain of the uncertain model.
 //!
 //! Both are gains of the same loop from w to z of the design, in continuous time: the uncertain linear model at a speed
 //! (`squid_design::uncertain`) with the controller frozen there. The guaranteed gain is an upper bound for all constant
-//! values of the uncertain numbers in their ranges, by mu with a performance block ([`squid_lpv::mu::worst_case`]). A drawn
-//! vehicle has one of these values: its coefficients, the gains of its actuators, and the parameters of its own trim.
+//! values of the uncertain parameters in their ranges, by mu with a performance block ([`squid_lpv::mu::worst_case`]).
+//! A drawn vehicle has one of these values: its coefficients, the gains of its actuators, and the parameters at its own
+//! trim.
 
 use crate::error::Error;
 use crate::plan::{Axis, Plan};
@@ -19,17 +20,17 @@ use squid_lpv::controller::Controller;
 use squid_lpv::mu::CMat;
 use squid_lpv::mu::worst_case::worst_case_gain;
 
-/// The number of speeds, evenly spaced over the range of the design, as for mu in its report.
+/// Number of speeds, evenly spaced over the range of the design, as for mu in its report.
 const SPEEDS: usize = 6;
 
 /// Gains at a speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gains {
-    /// The signal that the axis steers.
+    /// Signal controlled by the axis.
     pub axis: &'static str,
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// The flight and gain of each vehicle; infinite if its loop is unstable.
+    /// Flight and gain of each vehicle; infinite for an unstable loop.
     pub drawn: Vec<(u64, f64)>,
     /// Number of vehicles without a gain: they have no trim at the speed within the ranges of the model.
     pub outside: usize,
@@ -38,29 +39,30 @@ pub struct Gains {
 }
 
 impl Gains {
-    /// The flight with the largest gain, and the gain.
+    /// Returns the flight with the largest gain, and the gain.
     pub fn largest(&self) -> Option<(u64, f64)> {
         self.drawn.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))
     }
 }
 
-/// The gains of the vehicles of some flights and the guaranteed gain at each speed, of each axis alone; empty if
-/// nothing is uncertain.
+/// Returns the gains of the vehicles of some flights and the guaranteed gain at each speed, for each axis separately;
+/// empty without uncertainty.
 ///
 /// # Errors
-/// The errors of trim and linearisation at a speed.
+/// All errors of trim and linearisation at a speed.
 pub fn gains(plan: &Plan<'_>, flights: &[u64]) -> Result<Vec<Gains>, Error> {
     let mut found = vec![];
     for axis in plan.axes.iter().filter(|axis| !axis.uncertain.is_empty()) {
         let controller = controller_of(&axis.stored.controller.lft).map_err(DesignError::from)?;
         let speeds = axis.inputs.design.spread(SPEEDS);
-        let of_axis = speeds.par_iter().map(|speed| at((plan, axis), flights, &controller, *speed));
-        found.extend(of_axis.collect::<Result<Vec<Gains>, Error>>()?);
+        let axis_gains =
+            speeds.par_iter().map(|speed| gains_at_speed((plan, axis), flights, &controller, *speed));
+        found.extend(axis_gains.collect::<Result<Vec<Gains>, Error>>()?);
     }
     Ok(found)
 }
 
-fn at(
+fn gains_at_speed(
     (plan, axis): (&Plan<'_>, &Axis<'_>),
     flights: &[u64],
     controller: &Controller,
@@ -77,7 +79,7 @@ fn at(
     Ok(Gains { axis: axis.steered().name, speed, outside: flights.len() - drawn.len(), drawn, guaranteed })
 }
 
-/// The uncertainty matrix of the vehicle of a flight; `None` if its trim is outside the ranges of the model.
+/// Returns the uncertainty matrix of the vehicle of a flight; `None` if its trim is outside the ranges of the model.
 fn delta_of((plan, axis): (&Plan<'_>, &Axis<'_>), frozen: &FrozenUncertain, flight: u64) -> Option<CMat> {
     let (drawn, nominal) = (plan.draw(flight).delta, &frozen.nominal.trim);
     let drawn: Vec<f64> = axis.indices.iter().map(|index| drawn[*index]).collect();
@@ -86,12 +88,12 @@ fn delta_of((plan, axis): (&Plan<'_>, &Axis<'_>), frozen: &FrozenUncertain, flig
     let of = |uncertain: Uncertain| match uncertain {
         Uncertain::Parameter(parameter) if uncertain.is_of_trim() => {
             let block = frozen.parameters.iter().find(|block| block.uncertain == uncertain)?;
-            let moved = parameter.value(&vehicle, &trim) - parameter.value(own, nominal);
-            Some(moved / block.half_range).filter(|part| part.abs() <= 1.0)
+            let change = parameter.value(&vehicle, &trim) - parameter.value(own, nominal);
+            Some(change / block.half_range).filter(|part| part.abs() <= 1.0)
         }
         _ => axis.uncertain.iter().position(|block| block.uncertain == uncertain).map(|i| drawn[i]),
     };
-    let repeated = |block: &Channels| Some(vec![Complex::from(of(block.uncertain)?); block.repetitions]);
-    let entries: Vec<Vec<_>> = frozen.model.blocks.iter().map(repeated).collect::<Option<_>>()?;
+    let entries_of = |block: &Channels| Some(vec![Complex::from(of(block.uncertain)?); block.repetitions]);
+    let entries: Vec<Vec<_>> = frozen.model.blocks.iter().map(entries_of).collect::<Option<_>>()?;
     Some(CMat::from_diagonal(&DVector::from_vec(entries.concat())))
 }

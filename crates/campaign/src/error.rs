@@ -5,20 +5,20 @@ use parquet::errors::ParquetError;
 use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 
-/// Why a campaign failed.
+/// Reason why a campaign failed.
 #[derive(Debug, ThisError, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
-    /// A file of the design or of the results is invalid.
+    /// Invalid file of the design or of the results.
     #[error(transparent)]
     #[strum(transparent)]
     Design(#[from] squid_design::error::Error),
-    /// A file cannot be read or written.
+    /// A file that cannot be read or written.
     #[error(transparent)]
     #[strum(transparent)]
     File(#[from] squid_base::files::Error),
-    /// The sea is not possible for the vehicle.
+    /// A sea that cannot be simulated with the vehicle.
     #[error(transparent)]
     #[strum(transparent)]
     Flight(#[from] squid_flight::error::Error),
@@ -31,20 +31,20 @@ pub enum Error {
          all flights again"
     )]
     Other { path: String, what: String },
-    /// The campaign contains something that FMUs do not support.
+    /// A feature of the campaign that FMUs do not support.
     #[error("FMUs cannot fly {what}; fly the campaign without them")]
     NotOfFmus { what: String },
-    /// A campaign of no design.
+    /// A campaign without an axis.
     #[error("there is no axis to fly")]
     NoAxis,
-    /// An uncertain number that the vehicle does not have in six degrees of freedom.
+    /// An uncertain parameter that the vehicle does not have in six degrees of freedom.
     #[error("{name} is uncertain in the vertical plane alone: fly one axis, by --axis")]
     NotWhole { name: String },
     /// Rows that cannot be written as Parquet.
     #[cfg(feature = "parquet")]
     #[error("the results cannot be written as Parquet: {0}")]
     Parquet(#[from] ParquetError),
-    /// No campaign has been flown.
+    /// A directory without results.
     #[error(
         "{path}: there is no such file; run `squid campaign` first, and name the directory of its results"
     )]

@@ -1,4 +1,4 @@
-//! One flight of a campaign.
+//! Single flight of a campaign.
 
 use crate::error::Error;
 use crate::plan::{Axis, Drawn, Plan};
@@ -16,20 +16,20 @@ use squid_flight::whole::{WholeFlight, fly_whole};
 use squid_scheduled::Manoeuvre;
 use squid_signals::Signal;
 
-/// A flight is lost if its mean error over the last tenth of the time after the step is above this fraction of the
-/// step.
+/// Largest mean error, relative to the step, over the last tenth of the time after the step; beyond it a flight counts
+/// as lost.
 const LOST: f64 = 0.1;
 
-/// How a flight ended.
+/// Outcome of a flight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
-    /// It ended as planned, at the reference.
+    /// Flight that ended as planned, at the reference.
     Flown,
-    /// It ended away from the reference, or it diverged.
+    /// Flight that ended away from the reference, or diverged.
     Lost,
-    /// It ended at the surface.
+    /// Flight that ended at the surface.
     Surfaced,
-    /// It did not start: the actuators cannot hold the vehicle in trim at the initial speed.
+    /// Flight that did not start: the actuators cannot hold the vehicle in trim at the initial speed.
     NoTrim,
 }
 
@@ -37,7 +37,7 @@ impl Outcome {
     /// All outcomes.
     pub const ALL: [Self; 4] = [Self::Flown, Self::Lost, Self::Surfaced, Self::NoTrim];
 
-    /// Its word in the results.
+    /// Returns the name in the results.
     pub fn word(self) -> &'static str {
         match self {
             Self::Flown => "flown",
@@ -48,11 +48,11 @@ impl Outcome {
     }
 }
 
-/// The first figure of a row, with its unit: the duration of the flight.
+/// First figure of a row, with its unit: the duration of the flight.
 pub const TIME: (&str, &str) = ("time", "s");
 
-/// Names and units of the figures of an axis that follow, in order; the sixth is the error of what it steers. A figure
-/// is NaN if unknown, and a time infinite if it is never reached. See [`Plan::figures`].
+/// Names and units of the further figures of an axis, in order; `error_rms` is the error of the controlled signal. A
+/// figure is NaN if unknown, a time infinite if never reached. See [`Plan::figures`].
 const FIGURES: [(&str, &str); 9] = [
     ("overshoot", "1"),
     ("rise_time", "s"),
@@ -65,32 +65,33 @@ const FIGURES: [(&str, &str); 9] = [
     ("saturated", "1"),
 ];
 
-/// The figures of the speed, which are those of the first axis alone.
+/// Figures of the speed, given for the first axis only.
 const SPEED_DEVIATION: &str = "speed_deviation";
 const SPEED_ERROR: &str = "speed_error_rms";
 
-/// The index of the error of what the first axis steers.
+/// Index of the RMS error of the signal controlled by the first axis.
 pub const ERROR: usize = 7;
 
-/// The drawn speeds, with units.
+/// Drawn speeds, with units.
 const SPEEDS: [(&str, &str); 2] = [("speed_from", "m/s"), ("speed_to", "m/s")];
 
-/// A row of the results.
+/// Row of the results.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// The number of the flight.
+    /// Number of the flight.
     pub flight: u64,
-    /// How it ended.
+    /// Outcome of the flight.
     pub outcome: Outcome,
-    /// The two speeds, the step, the initial deviations from trim, and the uncertain numbers, in their units.
+    /// Drawn numbers: the two speeds, the steps, the initial deviations from trim, and the uncertain parameters, in
+    /// their units.
     pub drawn: Vec<f64>,
-    /// The figures, as in [`Plan::figures`].
+    /// Figures, as in [`Plan::figures`].
     pub figures: Vec<f64>,
 }
 
 impl Row {
-    /// The largest difference of two rows of a flight, relative to the larger of 1 and the number; 0 if all bits are
-    /// equal, infinite if the outcomes differ or only one has a number.
+    /// Returns the largest difference between two rows of a flight, relative to the larger of 1 and the number; 0 if
+    /// all bits are equal, infinite if the outcomes differ or a number is missing in one of them.
     pub fn differs_from(&self, other: &Self) -> f64 {
         let numbers = |row: &Self| row.drawn.iter().chain(&row.figures).copied().collect::<Vec<f64>>();
         let (ours, others) = (numbers(self), numbers(other));
@@ -98,14 +99,14 @@ impl Row {
             return f64::INFINITY;
         }
         let difference = |(a, b): (&f64, &f64)| {
-            let off = (a - b).abs() / a.abs().max(1.0);
+            let relative = (a - b).abs() / a.abs().max(1.0);
             if a.to_bits() == b.to_bits() {
                 0.0
-            } else if off.is_nan() {
+            } else if relative.is_nan() {
                 f64::INFINITY
             } else {
-                // The least number above 0 if only the sign of a zero differs.
-                off.max(f64::MIN_POSITIVE)
+                // A difference in the sign of zero only counts as the least positive number.
+                relative.max(f64::MIN_POSITIVE)
             }
         };
         ours.iter().zip(&others).map(difference).fold(0.0, f64::max)
@@ -113,19 +114,19 @@ impl Row {
 }
 
 impl Plan<'_> {
-    /// The row of a flight in this process.
+    /// Returns the row of a flight in this process.
     ///
     /// # Errors
-    /// As [`Plan::fly`].
+    /// Errors of [`Plan::fly`].
     pub fn row(&self, number: u64) -> Result<Row, Error> {
         Ok(self.fly(number)?.0)
     }
 
-    /// The row of a flight that was simulated elsewhere, from its ticks and the distance \[m\] at each. There are no
-    /// ticks if it could not start, and too few if it diverged. Ticks after it broke the surface are ignored.
-    ///
+    /// Returns the row of a flight that was simulated elsewhere, from its ticks and the distance \[m\] at each. A
+    /// flight that could not start has no ticks, one that diverged has too few. Ticks after the hull broke the surface
+    /// are ignored.
     /// # Errors
-    /// The errors of the sea.
+    /// All errors of the sea.
     pub fn judge(&self, number: u64, mut rows: Vec<Tick>, distance: &[f64]) -> Result<Row, Error> {
         let drawn = self.draw(number);
         let vehicle = self.vehicle_of(&drawn);
@@ -144,12 +145,12 @@ impl Plan<'_> {
             (0, None) => (Outcome::NoTrim, self.unknown()),
             (0, Some(_)) => (Outcome::Surfaced, self.unknown()),
             (found, None) if found < ticks => (Outcome::Lost, self.unknown()),
-            _ => self.judged(&[Flight { rows, surfacing, sea: Vec::new() }], &drawn),
+            _ => self.evaluate(&[Flight { rows, surfacing, sea: Vec::new() }], &drawn),
         };
         Ok(self.row_of(number, &drawn, outcome, figures))
     }
 
-    /// Whether a flight could not start because of the waves, since the vehicle has a trim.
+    /// Returns `true` if a flight could not start because of the waves, although the vehicle has a trim.
     fn starts_out_of_water(&self, vehicle: &Vehicle, drawn: &Drawn) -> bool {
         let (depth, rule) = self.first().inputs.design.level();
         let speed = Speed::Path(drawn.manoeuvre.speed_reference(0.0));
@@ -157,8 +158,8 @@ impl Plan<'_> {
         sea.is_some_and(|sea| trim_with(&vehicle.in_plane(), speed, sea.depth.unwrap_or(depth), rule).is_ok())
     }
 
-    /// Names and units of the figures of a row: of several axes, each with the name of its axis. The error is that of
-    /// what the axis steers.
+    /// Returns names and units of the figures of a row. With several axes, all names but those of the speed start with
+    /// the controlled signal; `error_rms`, the error of that signal, always does.
     pub fn figures(&self) -> Vec<(String, &'static str)> {
         let mut all = vec![(TIME.0.to_owned(), TIME.1)];
         for (index, axis) in self.axes.iter().enumerate() {
@@ -174,12 +175,12 @@ impl Plan<'_> {
         all
     }
 
-    /// All figures unknown.
+    /// Returns unknown figures.
     fn unknown(&self) -> Vec<f64> {
         vec![f64::NAN; self.figures().len()]
     }
 
-    /// Names and units of the drawn numbers of a row.
+    /// Returns names and units of the drawn numbers of a row.
     pub fn drawn(&self) -> Vec<(String, &'static str)> {
         let steps =
             self.axes.iter().map(|axis| (format!("{}_step", axis.steered().name), axis.steered().unit));
@@ -195,12 +196,12 @@ impl Plan<'_> {
     /// Simulates a flight.
     ///
     /// # Errors
-    /// An error in the inputs; the failure of a vehicle is an [`Outcome`].
+    /// Errors in the inputs only; the failure of a vehicle is an [`Outcome`].
     pub fn fly(&self, number: u64) -> Result<(Row, Option<WholeFlight>), FlightError> {
         let drawn = self.draw(number);
-        let (outcome, figures, flight) = match self.flown(&drawn) {
+        let (outcome, figures, flight) = match self.simulate(&drawn) {
             Ok(flight) => {
-                let (outcome, figures) = self.judged(&flight.axes, &drawn);
+                let (outcome, figures) = self.evaluate(&flight.axes, &drawn);
                 (outcome, figures, Some(flight))
             }
             Err(FlightError::Trim { .. }) => (Outcome::NoTrim, self.unknown(), None),
@@ -220,18 +221,18 @@ impl Plan<'_> {
         Row { flight, outcome, drawn, figures }
     }
 
-    /// The uncertain numbers, with their values in a flight.
+    /// Returns the uncertain parameters with their values in a flight.
     pub fn values<'p>(&'p self, drawn: &'p Drawn) -> impl Iterator<Item = (&'p Block, f64)> {
         let pairs = self.uncertain.iter().zip(&drawn.delta);
         pairs.map(|(block, d)| (block, block.value + block.half_range * d))
     }
 
-    /// The ratio of output to command of each actuator.
+    /// Returns the gain from command to output of each actuator.
     pub fn gains(&self, drawn: &Drawn) -> Vec<f64> {
         gains(self.vehicle.actuators.len(), &self.uncertain, &drawn.delta)
     }
 
-    /// The sea of a flight.
+    /// Returns the sea of a flight.
     pub fn sea_of(&self, drawn: &Drawn) -> Option<Sea> {
         self.sea.as_ref().map(|sea| Sea { seed: drawn.sea_seed, ..sea.clone() })
     }
@@ -240,7 +241,7 @@ impl Plan<'_> {
         perturbed(self.vehicle, &self.uncertain, &drawn.delta)
     }
 
-    fn flown(&self, drawn: &Drawn) -> Result<WholeFlight, FlightError> {
+    fn simulate(&self, drawn: &Drawn) -> Result<WholeFlight, FlightError> {
         let (vehicle, gains, sea) = (self.vehicle_of(drawn), self.gains(drawn), self.sea_of(drawn));
         let Axis { inputs, stored, .. } = self.first();
         let level = inputs.design.level();
@@ -254,7 +255,7 @@ impl Plan<'_> {
         Ok(WholeFlight { states: Vec::new(), axes: vec![flight], held: Vec::new() })
     }
 
-    /// The record of a flight.
+    /// Returns the record of a flight.
     pub fn record(&self, flight: &WholeFlight) -> Record {
         let designs: Vec<_> = self
             .axes
@@ -267,12 +268,12 @@ impl Plan<'_> {
         }
     }
 
-    fn judged(&self, flights: &[Flight], drawn: &Drawn) -> (Outcome, Vec<f64>) {
+    fn evaluate(&self, flights: &[Flight], drawn: &Drawn) -> (Outcome, Vec<f64>) {
         let time = flights.first().and_then(|flight| flight.rows.last()).map_or(0.0, |row| row.time);
         let (mut all, mut outcome) = (vec![time], Outcome::Flown);
         for (index, (axis, flight)) in self.axes.iter().zip(flights).enumerate() {
-            let (own, figures) = axis.judged(flight, &drawn.manoeuvre);
-            outcome = outcome.max(own);
+            let (axis_outcome, figures) = axis.evaluate(flight, &drawn.manoeuvre);
+            outcome = outcome.max(axis_outcome);
             let named = FIGURES.iter().zip(figures).filter(|((name, _), _)| index == 0 || !is_of_speed(name));
             all.extend(named.map(|(_, figure)| figure));
         }
@@ -280,18 +281,18 @@ impl Plan<'_> {
     }
 }
 
-/// Returns whether a figure is one of the speed.
+/// Returns `true` for a figure of the speed.
 fn is_of_speed(name: &str) -> bool {
     [SPEED_DEVIATION, SPEED_ERROR].contains(&name)
 }
 
 impl Axis<'_> {
-    /// What it steers.
+    /// Returns the controlled signal.
     pub fn steered(&self) -> &'static Signal {
         &self.inputs.design.interface.signals[self.inputs.design.stepped()]
     }
 
-    fn judged(&self, flight: &Flight, manoeuvre: &Manoeuvre) -> (Outcome, [f64; FIGURES.len()]) {
+    fn evaluate(&self, flight: &Flight, manoeuvre: &Manoeuvre) -> (Outcome, [f64; FIGURES.len()]) {
         let (rows, limits, stepped) = (&flight.rows, self.inputs.limits(), self.inputs.design.stepped());
         let step = (manoeuvre.step_time, manoeuvre.step(self.steered().name));
         let figures = StepFigures::of_flight(flight, stepped, step, &limits);

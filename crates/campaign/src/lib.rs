@@ -1,16 +1,16 @@
-//! Monte Carlo campaigns of a design: flights over its declared uncertainty, its speeds and a sea.
+//! Monte Carlo campaigns of a design: flights over its declared uncertainty, its range of speeds and a sea.
 //!
 //! ```text
-//! plan       the definition of a campaign, and the random numbers of each flight
-//! starts     the initial deviations from trim
-//! flight     one flight, and its row of figures
+//! plan       definition of a campaign, and the random numbers of each flight
+//! starts     initial deviations from trim
+//! flight     a single flight, and its row of figures
 //! table      rows to and from a Parquet file
-//! run        runs the missing flights on all cores; finished ones are kept
+//! run        simulation of the missing flights on all cores
 //! summary    statistics of all rows
 //! bound      gains of the drawn vehicles, and the guaranteed gain
 //! ```
 //!
-//! `table` and `run` need the feature `parquet`.
+//! `table` and `run` require the feature `parquet`.
 
 pub mod bound;
 pub mod error;

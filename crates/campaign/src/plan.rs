@@ -1,4 +1,4 @@
-//! The definition of a campaign, and the random numbers of each flight.
+//! Definition of a campaign, and the random numbers of each flight.
 
 use crate::error::Error;
 use crate::starts::Starts;
@@ -16,45 +16,45 @@ use squid_flight::sea::Sea;
 use squid_scheduled::Manoeuvre;
 use std::collections::BTreeMap;
 
-/// The distribution of the vehicles over the box of the declared uncertainty.
+/// Distribution of the vehicles over the box of the declared uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Points {
     /// Uniform over the box.
     Uniform,
-    /// A Sobol sequence, scrambled by the seed; it includes speeds and steps.
+    /// Sobol sequence, scrambled by the seed, over the box, speeds and steps.
     Sobol,
-    /// At the vertices of the box.
+    /// Vertices of the box.
     Corners,
 }
 
-/// The number of points in a Sobol sequence of the library.
+/// Length of a Sobol sequence of the library.
 const SOBOL_LENGTH: u64 = 1 << 16;
 
-/// The identity of a campaign: flights of two campaigns with the same identity are the same.
+/// Identity of a campaign: campaigns with the same identity have the same flights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// SHA-256 of the vehicle file.
     pub vehicle: String,
     /// SHA-256 of the design file.
     pub design: String,
-    /// The text of the sea file.
+    /// Text of the sea file.
     pub sea: Option<String>,
     /// Seed of all random numbers.
     pub seed: u64,
-    /// The distribution of the vehicles.
+    /// Distribution of the vehicles.
     pub points: Points,
     /// Initial deviations from trim.
     #[serde(default, skip_serializing_if = "Starts::in_trim")]
     pub starts: Starts,
-    /// Whether the FMUs of the design are used.
+    /// `true` if the FMUs of the design are simulated.
     pub fmus: bool,
-    /// The version of squid.
+    /// Version of squid.
     pub version: String,
 }
 
 impl Identity {
-    /// The first part that differs, in words.
+    /// Returns the first part that differs, as text.
     pub fn differs_from(&self, other: &Self) -> Option<&'static str> {
         let parts = [
             ("the vehicle file", self.vehicle != other.vehicle),
@@ -70,50 +70,50 @@ impl Identity {
     }
 }
 
-/// An axis of a campaign.
+/// Axis of a campaign.
 #[derive(Debug)]
 pub struct Axis<'a> {
-    /// The vehicle and its design.
+    /// Vehicle and design.
     pub inputs: &'a Inputs,
-    /// The finished design.
+    /// Stored result of the design.
     pub stored: &'a Stored,
-    /// Its uncertain numbers, by the actuators of the axis.
+    /// Uncertain parameters, with actuator indices of the axis.
     pub uncertain: Vec<Block>,
-    /// Their indices among those of the plan.
+    /// Indices of these parameters in the plan.
     pub(crate) indices: Vec<usize>,
 }
 
-/// A campaign.
+/// Campaign.
 #[derive(Debug)]
 pub struct Plan<'a> {
-    /// The axes that fly, one at least.
+    /// Axes, at least one.
     pub axes: Vec<Axis<'a>>,
-    /// The vehicle that flies: as its only axis has it, or in six degrees of freedom.
+    /// Vehicle to simulate: that of the only axis, or the one in six degrees of freedom.
     pub vehicle: &'a Vehicle,
-    /// The manoeuvre from whose range of speed flights are drawn.
+    /// Manoeuvre that gives the range of the drawn speeds.
     pub manoeuvre: Manoeuvre,
-    /// The sea, drawn for each flight.
+    /// Sea, drawn anew for each flight.
     pub sea: Option<Sea>,
-    /// Its identity.
+    /// Identity of the campaign.
     pub identity: Identity,
-    /// The uncertain numbers, by the actuators of the vehicle.
+    /// Uncertain parameters, with actuator indices of the vehicle.
     pub uncertain: Vec<Block>,
 }
 
-/// The random numbers of a flight.
+/// Random numbers of a flight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drawn {
-    /// The normalised value of each uncertain number, from -1 to 1 over its range.
+    /// Normalised value of each uncertain parameter, from -1 to 1 over its range.
     pub delta: Vec<f64>,
-    /// The default manoeuvre, between two speeds in its range and with the step up or down.
+    /// Manoeuvre of the design, between two speeds in its range and with the step up or down.
     pub manoeuvre: Manoeuvre,
-    /// Initial deviation of each signal from its trim, SI.
+    /// Initial deviation of each signal from trim, SI.
     pub off_trim: Each<f64>,
     /// Seed of the waves, the current and the sensor errors; at most [`i32::MAX`], as FMUs require.
     pub sea_seed: u64,
 }
 
-/// The uncertain numbers of an axis; none if it declares none.
+/// Returns the uncertain parameters of an axis; none if it declares none.
 fn uncertain_of(inputs: &Inputs, stored: &Stored) -> Result<Vec<Block>, Error> {
     if !inputs.is_uncertain() {
         return Ok(Vec::new());
@@ -124,20 +124,20 @@ fn uncertain_of(inputs: &Inputs, stored: &Stored) -> Result<Vec<Block>, Error> {
     Ok(blocks(inputs, &trim, &[]).map_err(squid_design::error::Error::from)?)
 }
 
-/// An uncertain number of an axis by the actuators of the vehicle that flies.
+/// Returns an uncertain parameter of an axis with the actuator index of the simulated vehicle.
 fn of_vehicle(block: &Block, axis: &Vehicle, vehicle: &Vehicle) -> Result<Block, Error> {
-    let not_whole = || Error::NotWhole { name: block.name.clone() };
-    let place = |actuator: usize| {
+    let plane_only = || Error::NotWhole { name: block.name.clone() };
+    let index = |actuator: usize| {
         let name = &axis.actuators[actuator].name;
-        vehicle.actuators.iter().position(|one| one.name == *name).ok_or_else(not_whole)
+        vehicle.actuators.iter().position(|one| one.name == *name).ok_or_else(plane_only)
     };
     let uncertain = match block.uncertain {
-        Uncertain::Gain(actuator) => Uncertain::Gain(place(actuator)?),
+        Uncertain::Gain(actuator) => Uncertain::Gain(index(actuator)?),
         Uncertain::Parameter(Parameter::Effect { actuator, key }) => {
-            let parameter = Parameter::Effect { actuator: place(actuator)?, key };
-            // In the plane a thruster that points sideways has other numbers.
+            let parameter = Parameter::Effect { actuator: index(actuator)?, key };
+            // A thruster that points sideways has other coefficients in the vertical plane.
             if parameter.coefficient(vehicle) != Some(block.value) {
-                return Err(not_whole());
+                return Err(plane_only());
             }
             Uncertain::Parameter(parameter)
         }
@@ -147,15 +147,15 @@ fn of_vehicle(block: &Block, axis: &Vehicle, vehicle: &Vehicle) -> Result<Block,
 }
 
 impl<'a> Plan<'a> {
-    /// The only axis, or the first.
+    /// Returns the only axis, or the first.
     pub fn first(&self) -> &Axis<'a> {
         &self.axes[0]
     }
 
-    /// A campaign of a design with one axis, optionally in a sea, which comes with the text of its file.
+    /// Returns a campaign of a design with one axis, optionally in a sea, given with the text of its file.
     ///
     /// # Errors
-    /// As [`of_axes`](Self::of_axes).
+    /// Errors of [`of_axes`](Self::of_axes).
     pub fn new(
         inputs: &'a Inputs,
         stored: &'a Stored,
@@ -166,11 +166,12 @@ impl<'a> Plan<'a> {
         Self::of_axes(&[(inputs, stored)], sea, seed, points)
     }
 
-    /// A campaign of a design, optionally in a sea, which comes with the text of its file. One axis flies alone,
+    /// Returns a campaign of a design, optionally in a sea, given with the text of its file. A single axis flies alone,
     /// several fly in six degrees of freedom.
     ///
     /// # Errors
-    /// [`Error::Flight`]: waves, but no size of the hull; [`Error::Design`]; [`Error::NotWhole`]; [`Error::NoAxis`].
+    /// [`Error::Flight`] for waves without the size of the hull; [`Error::Design`]; [`Error::NotWhole`];
+    /// [`Error::NoAxis`].
     pub fn of_axes(
         axes: &[(&'a Inputs, &'a Stored)],
         sea: Option<(Sea, String)>,
@@ -184,7 +185,7 @@ impl<'a> Plan<'a> {
             1 => sea.check(vehicle),
             _ => sea.check_geometry(vehicle),
         })?;
-        let (mut uncertain, mut planned) = (Vec::<Block>::new(), vec![]);
+        let (mut uncertain, mut planned_axes) = (Vec::<Block>::new(), vec![]);
         for (inputs, stored) in axes {
             let own = uncertain_of(inputs, stored)?;
             let mut indices = vec![];
@@ -194,7 +195,7 @@ impl<'a> Plan<'a> {
                 indices.push(known.unwrap_or(uncertain.len()));
                 uncertain.extend(known.is_none().then_some(block));
             }
-            planned.push(Axis { inputs, stored, uncertain: own, indices });
+            planned_axes.push(Axis { inputs, stored, uncertain: own, indices });
         }
         let mut manoeuvre = axes[0].1.manoeuvre.clone();
         for (inputs, stored) in &axes[1..] {
@@ -213,21 +214,21 @@ impl<'a> Plan<'a> {
             fmus: false,
             version: env!("CARGO_PKG_VERSION").to_owned(),
         };
-        Ok(Self { axes: planned, vehicle, manoeuvre, sea, identity, uncertain })
+        Ok(Self { axes: planned_axes, vehicle, manoeuvre, sea, identity, uncertain })
     }
 
-    /// This campaign with initial deviations from trim.
+    /// Returns the campaign with initial deviations from trim.
     #[must_use]
     pub fn starting(mut self, starts: Starts) -> Self {
         self.identity.starts = starts;
         self
     }
 
-    /// This campaign with the FMUs of the design.
+    /// Returns the campaign with the FMUs of the design.
     ///
     /// # Errors
     /// [`Error::NotOfFmus`]: FMUs start in trim, have a default number of wave components, a steady current and no
-    /// parameters of actuators, and cannot scale the thrust of a thruster with a curve.
+    /// actuator parameters, and cannot scale the thrust of a thruster with a curve.
     pub fn by_fmus(mut self) -> Result<Self, Error> {
         let effect =
             |block: &&Block| matches!(block.uncertain, Uncertain::Parameter(Parameter::Effect { .. }));
@@ -255,7 +256,8 @@ impl<'a> Plan<'a> {
         Err(Error::NotOfFmus { what })
     }
 
-    /// The random numbers of a flight. They depend on its number and the seed only, not on the order of flights.
+    /// Returns the random numbers of a flight. They depend on its number and the seed only, not on the order of
+    /// flights.
     pub fn draw(&self, flight: u64) -> Drawn {
         let stream = |number| {
             let mut numbers = ChaCha8Rng::seed_from_u64(self.identity.seed);
@@ -263,12 +265,13 @@ impl<'a> Plan<'a> {
             numbers
         };
         let mut numbers = stream(flight);
-        // Another sequence starts beyond its length, and another block of it beyond its dimensions.
+        // Flights beyond the length use another sequence, and dimensions beyond those of the library another block of
+        // it.
         let sequence = stream(flight / SOBOL_LENGTH).next_u32();
         let mut dimension = 0;
         let mut uniform = |numbers: &mut ChaCha8Rng| match self.identity.points {
             Points::Uniform | Points::Corners => {
-                /// 2^-53, the spacing of the numbers.
+                /// Spacing of the random numbers, 2^-53.
                 const STEP: f64 = f64::EPSILON / 2.0;
                 (numbers.next_u64() >> 11) as f64 * STEP
             }
@@ -299,7 +302,7 @@ impl<'a> Plan<'a> {
         }
         let manoeuvre = Manoeuvre { speed_from, speed_to, steps, ..default.clone() };
         let sea_seed = numbers.next_u64() >> 33;
-        // Last, so that the other numbers are the same with and without initial deviations.
+        // Initial deviations are drawn last, so that the other numbers do not depend on them.
         let mut off_trim = self.identity.starts.0;
         for (index, _) in self.identity.starts.off() {
             off_trim[index] *= 2.0 * uniform(&mut numbers) - 1.0;

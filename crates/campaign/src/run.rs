@@ -1,7 +1,7 @@
-//! Runs the missing flights on all cores.
+//! Simulation of the missing flights on all cores.
 //!
-//! Each batch is a file, written after its last flight: a killed run loses only its unfinished batches, and can be
-//! continued. A flight depends on its number and the seed only, so that neither the number of cores nor an interruption
+//! Each batch is a file, written after its last flight: a killed run loses only its unfinished batches and can be
+//! resumed. A flight depends on its number and the seed only, so that neither the number of cores nor an interruption
 //! changes a bit of the results.
 
 use crate::error::Error;
@@ -15,21 +15,21 @@ use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Flights per file: a few seconds of a core's time.
+/// Flights per file: a few seconds on one core.
 pub const BATCH: u64 = 64;
 
-/// The flights missing in a directory, in contiguous parts; each part becomes a file.
+/// Returns the flights missing in a directory, in contiguous parts; each part becomes a file.
 ///
 /// # Errors
-/// As [`results`].
+/// Errors of [`results`].
 pub fn missing(
     plan: &Plan<'_>,
     flights: Range<u64>,
     directory: &Path,
 ) -> Result<Vec<RangeInclusive<u64>>, Error> {
-    let known: BTreeSet<u64> = results(plan, directory)?.iter().map(|row| row.flight).collect();
+    let present: BTreeSet<u64> = results(plan, directory)?.iter().map(|row| row.flight).collect();
     let mut parts: Vec<RangeInclusive<u64>> = Vec::new();
-    for flight in flights.filter(|flight| !known.contains(flight)) {
+    for flight in flights.filter(|flight| !present.contains(flight)) {
         match parts.last_mut() {
             Some(part) if part.end() + 1 == flight && flight % BATCH != 0 => *part = *part.start()..=flight,
             _ => parts.push(flight..=flight),
@@ -38,10 +38,10 @@ pub fn missing(
     Ok(parts)
 }
 
-/// Simulates the flights of each part, and calls `back` after each file with the number of flights so far.
+/// Simulates the flights of each part, and calls `back` after each file with the number of flights completed.
 ///
 /// # Errors
-/// [`Error`], or the error of a flight; finished files are kept.
+/// [`Error`], or the error of a flight; completed files remain.
 pub fn run<E: From<Error> + Send>(
     plan: &Plan<'_>,
     parts: &[RangeInclusive<u64>],
@@ -49,18 +49,18 @@ pub fn run<E: From<Error> + Send>(
     fly: &(impl Fn(u64) -> Result<Row, E> + Sync),
     back: &(dyn Fn(u64) + Sync),
 ) -> Result<(), E> {
-    let done = AtomicU64::new(0);
+    let completed = AtomicU64::new(0);
     parts.par_iter().try_for_each(|part| {
         let rows = part.clone().map(fly).collect::<Result<Vec<Row>, E>>()?;
         let path = directory.join(format!("flights-{:08}-{:08}.parquet", part.start(), part.end()));
         write(&path, &bytes(plan, &rows)?).map_err(Error::from)?;
-        let flown = rows.len() as u64;
-        back(flown + done.fetch_add(flown, Ordering::Relaxed));
+        let count = rows.len() as u64;
+        back(count + completed.fetch_add(count, Ordering::Relaxed));
         Ok(())
     })
 }
 
-/// All rows of a campaign in a directory, in the order of the flights.
+/// Returns all rows of a campaign in a directory, in the order of the flights.
 ///
 /// # Errors
 /// [`Error::Results`]; [`Error::Other`] if a file is of another campaign.
@@ -77,7 +77,7 @@ pub fn results(plan: &Plan<'_>, directory: &Path) -> Result<Vec<Row>, Error> {
     Ok(rows)
 }
 
-/// The files of results in a directory; none if it does not exist.
+/// Returns the result files in a directory; none if it does not exist.
 fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
     if !directory.exists() {
         return Ok(Vec::new());
@@ -85,7 +85,10 @@ fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
     let unreadable = |reason| files::Error::Unreadable { path: directory.display().to_string(), reason };
     let all = std::fs::read_dir(directory).map_err(unreadable)?;
     let paths = all.map(|entry| Ok(entry.map_err(unreadable)?.path())).collect::<Result<Vec<_>, Error>>()?;
-    Ok(paths.into_iter().filter(|path| path.extension().is_some_and(|kind| kind == "parquet")).collect())
+    Ok(paths
+        .into_iter()
+        .filter(|path| path.extension().is_some_and(|extension| extension == "parquet"))
+        .collect())
 }
 
 #[cfg(test)]
@@ -93,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_unreadable_directory_is_an_error() {
+    fn reports_an_unreadable_directory() {
         let file = tempfile::NamedTempFile::new().unwrap();
         let message = files(file.path()).unwrap_err().to_string();
         assert!(message.contains(": cannot be read: "), "{message}");

@@ -7,25 +7,25 @@ use squid_signals::Signal;
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;
 
-/// The largest initial deviation from the trim of the vehicle in each of [`SIGNALS`] \[SI\]; 0 to start in trim.
+/// Largest initial deviation from the trim of the vehicle in each of [`SIGNALS`] \[SI\]; 0 to start in trim.
 ///
-/// As text it is a list such as `pitch=10deg,heave=0.1m/s`.
+/// The text form is a list such as `pitch=10deg,heave=0.1m/s`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Starts(pub Each<f64>);
 
 impl Starts {
-    /// Whether all flights start in trim.
+    /// Returns `true` if all flights start in trim.
     pub fn in_trim(&self) -> bool {
         *self == Self::default()
     }
 
-    /// The signals with an initial deviation, each with its index.
+    /// Returns the signals with an initial deviation, each with its index.
     pub fn off(&self) -> impl Iterator<Item = (usize, &'static Signal)> {
         SIGNALS.iter().enumerate().filter(|(index, _)| self.0[*index] > 0.0)
     }
 
-    /// The suffix of a campaign's name; empty if all flights start in trim.
+    /// Returns the suffix of a campaign's name; empty if all flights start in trim.
     pub fn words(&self) -> String {
         let names: Vec<&str> = self.off().map(|(_, signal)| signal.name).collect();
         if names.is_empty() { String::new() } else { format!(", begun off trim in {}", names.join(", ")) }
@@ -56,7 +56,7 @@ impl FromStr for Starts {
     }
 }
 
-/// The index of a signal, and its largest deviation, SI.
+/// Parses the index of a signal, and its largest deviation, SI.
 fn start(part: &str) -> Option<(usize, f64)> {
     let (name, size) = part.split_once('=')?;
     let index = SIGNALS.iter().position(|signal| signal.name == name)?;
@@ -66,7 +66,7 @@ fn start(part: &str) -> Option<(usize, f64)> {
     (size > 0.0 && size.is_finite()).then_some((index, size))
 }
 
-/// The allowed signals and units, in words.
+/// Returns the allowed signals and units, as text.
 fn allowed() -> String {
     let units = |signal: &Signal| signal.units.iter().map(|unit| unit.name).collect::<Vec<_>>().join(" or ");
     let one = |signal: &Signal| format!("{}=NUMBER in {}", signal.name, units(signal));
@@ -94,7 +94,7 @@ mod tests {
     use squid_auv::longitudinal::{PITCH, SPEED};
 
     #[test]
-    fn a_list_reads_back_to_the_bit() {
+    fn list_round_trips_to_the_bit() {
         let starts: Starts = "pitch=10deg,heave=0.1m/s,pitch_rate=1e-3rad/s".parse().unwrap();
         assert_eq!((starts.0[PITCH], starts.0[SPEED]), (10f64.to_radians(), 0.0));
         assert_eq!(starts.to_string().parse(), Ok(starts));
@@ -103,14 +103,14 @@ mod tests {
     }
 
     #[test]
-    fn an_invalid_list_is_rejected() {
+    fn rejects_an_invalid_list() {
         for text in
             ["", "pitch", "pitch=10", "pitch=-1deg", "pitch=0deg", "pitch=infrad", "roll=1deg", "heave=1deg"]
         {
-            let words = text.parse::<Starts>().unwrap_err();
+            let message = text.parse::<Starts>().unwrap_err();
             assert!(
-                words.starts_with(&format!("'{text}' is none of pitch=NUMBER in deg or rad, speed")),
-                "{words}"
+                message.starts_with(&format!("'{text}' is none of pitch=NUMBER in deg or rad, speed")),
+                "{message}"
             );
         }
         let twice = "pitch=1deg,pitch=2deg".parse::<Starts>();

@@ -4,16 +4,16 @@ use crate::flight::{ERROR, Outcome, Row};
 use crate::plan::Plan;
 use serde::Serialize;
 
-/// The 97.5 % quantile of the normal distribution, for an interval of 95 %.
+/// Quantile of the normal distribution at 97.5 %, for an interval of 95 %.
 const NORMAL: f64 = 1.959_963_984_540_054;
 
-/// The printed quantiles.
+/// Printed quantiles.
 pub const QUANTILES: [f64; 3] = [0.5, 0.95, 0.99];
 
-/// The fraction of flights with an outcome.
+/// Share of the flights with an outcome.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Share {
-    /// The word of the [`Outcome`].
+    /// Name of the [`Outcome`].
     pub outcome: &'static str,
     /// Number of flights.
     pub flights: usize,
@@ -23,24 +23,24 @@ pub struct Share {
     pub interval: [f64; 2],
 }
 
-/// The distribution of a figure over all flights in which it is known.
+/// Distribution of a figure over all flights in which it is known.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spread {
     /// Name, as in [`Plan::figures`].
     pub figure: String,
-    /// Its unit.
+    /// Unit.
     pub unit: &'static str,
-    /// The [`QUANTILES`].
+    /// Values at the [`QUANTILES`].
     pub quantiles: [f64; QUANTILES.len()],
-    /// The largest.
+    /// Largest value.
     pub largest: f64,
-    /// The flight of the largest.
+    /// Flight with the largest value.
     pub flight: u64,
-    /// The drawn numbers with their rank correlation to the figure, strongest first.
+    /// Drawn numbers with their rank correlation to the figure, strongest first.
     pub pushed_by: Vec<(String, f64)>,
 }
 
-/// The fractions of the outcomes.
+/// Returns the shares of the outcomes.
 pub fn shares(rows: &[Row]) -> Vec<Share> {
     let of = |outcome: Outcome| {
         let flights = rows.iter().filter(|row| row.outcome == outcome).count();
@@ -50,7 +50,7 @@ pub fn shares(rows: &[Row]) -> Vec<Share> {
     Outcome::ALL.into_iter().map(of).collect()
 }
 
-/// Wilson's interval.
+/// Returns Wilson's confidence interval.
 fn wilson(found: usize, of: usize) -> [f64; 2] {
     if of == 0 {
         return [0.0, 1.0];
@@ -61,7 +61,7 @@ fn wilson(found: usize, of: usize) -> [f64; 2] {
     [-1.0, 1.0].map(|side| ((middle + side * half) / (1.0 + z2 / n)).clamp(0.0, 1.0))
 }
 
-/// The distribution of each figure.
+/// Returns the distribution of each figure.
 pub fn spreads(plan: &Plan<'_>, rows: &[Row]) -> Vec<Spread> {
     let names: Vec<String> = plan.drawn().into_iter().map(|(name, _)| name).collect();
     let of = |(index, (figure, unit)): (usize, (String, &'static str))| {
@@ -82,18 +82,18 @@ pub fn spreads(plan: &Plan<'_>, rows: &[Row]) -> Vec<Spread> {
     plan.figures().into_iter().enumerate().filter_map(of).collect()
 }
 
-/// The worst flights, at most `count`, the worst first: lost ones, then surfaced ones, then others, and among these by
-/// decreasing RMS error of the stepped output. Flights without figures are left out.
+/// Returns the worst flights, at most `count`, worst first: lost, then surfaced, then others, each group by decreasing
+/// RMS error of the signal controlled by the first axis. Flights without figures are omitted.
 pub fn worst(rows: &[Row], count: usize) -> Vec<&Row> {
     const ORDER: [Outcome; 3] = [Outcome::Lost, Outcome::Surfaced, Outcome::Flown];
-    let place = |row: &Row| ORDER.iter().position(|outcome| *outcome == row.outcome);
+    let rank = |row: &Row| ORDER.iter().position(|outcome| *outcome == row.outcome);
     let mut known: Vec<&Row> = rows.iter().filter(|row| !row.figures[ERROR].is_nan()).collect();
-    known.sort_by(|a, b| place(a).cmp(&place(b)).then_with(|| b.figures[ERROR].total_cmp(&a.figures[ERROR])));
+    known.sort_by(|a, b| rank(a).cmp(&rank(b)).then_with(|| b.figures[ERROR].total_cmp(&a.figures[ERROR])));
     known.truncate(count);
     known
 }
 
-/// The rank of each value; equal values share their mean rank.
+/// Returns the rank of each value; equal values share their mean rank.
 fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
@@ -106,7 +106,7 @@ fn ranks(values: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// Pearson's correlation; 0 if one is constant.
+/// Returns Pearson's correlation; 0 if one is constant.
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (ma, mb) = (mean(a), mean(b));
@@ -119,16 +119,16 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Ten of a hundred: 0.1148 +- 0.0596.
+    /// Ten out of a hundred: 0.1148 +- 0.0596.
     #[test]
-    fn wilson_by_hand() {
+    fn wilson_interval_of_ten_in_a_hundred() {
         let [low, high] = wilson(10, 100);
         assert!((low - 0.0552).abs() < 1e-3 && (high - 0.1744).abs() < 1e-3, "{low} {high}");
         assert_eq!(wilson(0, 10)[0], 0.0);
     }
 
     #[test]
-    fn the_worst_come_first() {
+    fn worst_flights_come_first() {
         let row = |flight, outcome, error| {
             let mut figures = vec![0.0; ERROR + 1];
             figures[ERROR] = error;
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn ranks_and_their_correlation() {
+    fn ranks_and_correlation() {
         assert_eq!(ranks(&[3.0, 1.0, 3.0, 2.0]), [2.5, 0.0, 2.5, 1.0]);
         assert_eq!(correlation(&ranks(&[1.0, 2.0, 3.0]), &ranks(&[1.0, 8.0, 27.0])), 1.0);
         assert_eq!(correlation(&[1.0, 1.0], &[0.0, 2.0]), 0.0);

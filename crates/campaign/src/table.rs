@@ -1,5 +1,5 @@
-//! Rows of a campaign as a Parquet file, with a column each for the number of the flight, its outcome, its drawn
-//! numbers and its figures; and other tables. The metadata contain the identity of the campaign and the unit of each
+//! Rows of a campaign and other tables as Parquet files. The columns of the rows are the number of the flight, its
+//! outcome, its drawn numbers and its figures. The metadata contain the identity of the campaign and the unit of each
 //! column.
 
 use crate::error::Error;
@@ -19,44 +19,44 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The metadata key of the campaign's identity.
+/// Metadata key of the campaign's identity.
 const IDENTITY: &str = "squid.campaign";
-/// The metadata key of the units.
+/// Metadata key of the units.
 const UNITS: &str = "squid.units";
 
-/// The number of columns before the drawn numbers.
+/// Number of columns before the drawn numbers.
 const FIRST: usize = 2;
 
-/// The values of a column.
+/// Values of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
     /// Integers.
     Whole(Vec<i64>),
-    /// Texts.
+    /// Text.
     Words(Vec<&'static str>),
     /// Real numbers.
     Numbers(Vec<f64>),
 }
 
-/// A column of a file.
+/// Column of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// The name.
+    /// Name.
     pub name: String,
-    /// The unit; empty for integers and texts.
+    /// Unit; empty for integers and text.
     pub unit: String,
-    /// The values.
+    /// Values.
     pub values: Values,
 }
 
-/// The bytes of a file of rows.
+/// Returns the bytes of a file of rows.
 ///
 /// # Errors
 /// [`Error::Parquet`].
 pub fn bytes(plan: &Plan<'_>, rows: &[Row]) -> Result<Vec<u8>, Error> {
-    let whole = rows.iter().map(|row| row.flight as i64).collect();
-    let words = rows.iter().map(|row| row.outcome.word()).collect();
-    let first = [("flight", Values::Whole(whole)), ("outcome", Values::Words(words))];
+    let flights = rows.iter().map(|row| row.flight as i64).collect();
+    let outcomes = rows.iter().map(|row| row.outcome.word()).collect();
+    let first = [("flight", Values::Whole(flights)), ("outcome", Values::Words(outcomes))];
     let first = first.map(|(name, values)| Column { name: name.into(), unit: String::new(), values });
     let names = plan.drawn().into_iter().chain(plan.figures());
     let numbers = names.enumerate().map(|(index, (name, unit))| {
@@ -66,7 +66,7 @@ pub fn bytes(plan: &Plan<'_>, rows: &[Row]) -> Result<Vec<u8>, Error> {
     file(plan, &first.into_iter().chain(numbers).collect::<Vec<_>>())
 }
 
-/// The bytes of a file of columns.
+/// Returns the bytes of a file of columns.
 ///
 /// # Errors
 /// [`Error::Parquet`].
@@ -96,10 +96,10 @@ pub fn file(plan: &Plan<'_>, columns: &[Column]) -> Result<Vec<u8>, Error> {
     for column in columns {
         match &column.values {
             Values::Whole(values) => add::<Int64Type>(&mut group, values)?,
-            Values::Words(words) => {
+            Values::Words(texts) => {
                 add::<ByteArrayType>(
                     &mut group,
-                    &words.iter().map(|word| (*word).into()).collect::<Vec<_>>(),
+                    &texts.iter().map(|text| (*text).into()).collect::<Vec<_>>(),
                 )?;
             }
             Values::Numbers(values) => add::<DoubleType>(&mut group, values)?,
@@ -120,17 +120,17 @@ fn add<T: DataType>(
     Ok(())
 }
 
-/// The rows of a file, and the identity of their campaign.
+/// Reads the rows of a file, and the identity of their campaign.
 ///
 /// # Errors
 /// [`Error::Results`].
 pub fn read(path: &Path) -> Result<(Identity, Vec<Row>), Error> {
-    let wrong = |reason: String| Error::Results { path: path.display().to_string(), reason };
+    let invalid = |reason: String| Error::Results { path: path.display().to_string(), reason };
     let file = squid_base::files::open(path)?;
-    rows(&SerializedFileReader::new(file).map_err(|why| wrong(why.to_string()))?).map_err(wrong)
+    rows(&SerializedFileReader::new(file).map_err(|why| invalid(why.to_string()))?).map_err(invalid)
 }
 
-/// The values of a column.
+/// Reads the values of a column.
 fn column<T: DataType>(
     group: &dyn RowGroupReader,
     index: usize,
@@ -147,7 +147,7 @@ fn column<T: DataType>(
 }
 
 fn rows(reader: &SerializedFileReader<File>) -> Result<(Identity, Vec<Row>), String> {
-    let words = |why: ParquetError| why.to_string();
+    let message = |why: ParquetError| why.to_string();
     let metadata = reader.metadata().file_metadata();
     let pairs = metadata.key_value_metadata().map_or(&[][..], Vec::as_slice);
     let text = pairs.iter().find(|pair| pair.key == IDENTITY).and_then(|pair| pair.value.as_ref());
@@ -157,19 +157,19 @@ fn rows(reader: &SerializedFileReader<File>) -> Result<(Identity, Vec<Row>), Str
     let is_first = |column: &usize| metadata.schema_descr().column(*column).name() == TIME.0;
     let drawn = (FIRST..columns).position(|column| is_first(&column));
     let drawn = drawn.ok_or_else(|| format!("it has no column '{}'", TIME.0))?;
-    let mut found = Vec::new();
-    for place in 0..reader.num_row_groups() {
-        let group = reader.get_row_group(place).map_err(words)?;
+    let mut all = Vec::new();
+    for index in 0..reader.num_row_groups() {
+        let group = reader.get_row_group(index).map_err(message)?;
         let count = usize::try_from(group.metadata().num_rows()).map_err(|why| why.to_string())?;
-        let flights = column::<Int64Type>(&*group, 0, count).map_err(words)?;
-        let outcomes = column::<ByteArrayType>(&*group, 1, count).map_err(words)?;
+        let flights = column::<Int64Type>(&*group, 0, count).map_err(message)?;
+        let outcomes = column::<ByteArrayType>(&*group, 1, count).map_err(message)?;
         let numbers = (FIRST..columns).map(|index| column::<DoubleType>(&*group, index, count));
-        let numbers = numbers.collect::<Result<Vec<_>, _>>().map_err(words)?;
+        let numbers = numbers.collect::<Result<Vec<_>, _>>().map_err(message)?;
         for (k, (flight, word)) in flights.iter().zip(&outcomes).enumerate() {
-            let word = word.as_utf8().map_err(words)?;
+            let word = word.as_utf8().map_err(message)?;
             let outcome = Outcome::ALL.into_iter().find(|outcome| outcome.word() == word);
             let values: Vec<f64> = numbers.iter().map(|values| values[k]).collect();
-            found.push(Row {
+            all.push(Row {
                 flight: u64::try_from(*flight).map_err(|why| why.to_string())?,
                 outcome: outcome.ok_or_else(|| format!("the outcome '{word}' is unknown"))?,
                 drawn: values[..drawn].to_vec(),
@@ -177,5 +177,5 @@ fn rows(reader: &SerializedFileReader<File>) -> Result<(Identity, Vec<Row>), Str
             });
         }
     }
-    Ok((identity, found))
+    Ok((identity, all))
 }

@@ -32,9 +32,9 @@ fn fly(plan: &Plan<'_>, flights: u64, cores: usize, directory: &Path) -> BTreeMa
         .collect()
 }
 
-/// With one core or two, uninterrupted or with a lost part, the files are the same, byte for byte.
+/// Files are identical byte for byte with one core or two, and after a file was lost.
 #[test]
-fn cores_and_interruptions_change_nothing() {
+fn results_do_not_depend_on_cores_or_interruptions() {
     let (inputs, stored) = squid();
     let plan = Plan::new(&inputs, &stored, None, 7, Points::Uniform).unwrap();
     let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
@@ -50,21 +50,21 @@ fn cores_and_interruptions_change_nothing() {
     assert!(rows.iter().map(|row| row.flight).eq(0..FLIGHTS));
     assert!(rows.iter().all(|row| row.outcome == Outcome::Flown), "{rows:?}");
     for row in &rows {
-        let again = plan.fly(row.flight).unwrap().0;
+        let repeated = plan.fly(row.flight).unwrap().0;
         let bits = |figures: &[f64]| figures.iter().map(|figure| figure.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(&again.figures), bits(&row.figures));
-        assert_eq!((&again.drawn, again.flight), (&row.drawn, row.flight));
+        assert_eq!(bits(&repeated.figures), bits(&row.figures));
+        assert_eq!((&repeated.drawn, repeated.flight), (&row.drawn, row.flight));
     }
 
-    // For more flights, only the missing ones are simulated.
-    let more = fly(&plan, FLIGHTS + 1, 2, two.path());
-    assert_eq!(more.len(), 4);
+    // More flights: only the missing ones are simulated.
+    let files = fly(&plan, FLIGHTS + 1, 2, two.path());
+    assert_eq!(files.len(), 4);
     assert_eq!(results(&plan, two.path()).unwrap().len() as u64, FLIGHTS + 1);
 }
 
 /// Drawn numbers lie in their ranges, at the ends for [`Points::Corners`], and depend on the seed.
 #[test]
-fn draws_lie_in_their_ranges() {
+fn drawn_numbers_lie_in_their_ranges() {
     let (inputs, stored) = squid();
     let draws = |points, seed| {
         let plan = Plan::new(&inputs, &stored, None, seed, points).unwrap();
@@ -89,7 +89,7 @@ fn draws_lie_in_their_ranges() {
 
 /// Each 64th of every range contains one of the first 64 flights of a Sobol sequence; the next sequence differs.
 #[test]
-fn a_sobol_sequence_is_even() {
+fn sobol_sequence_is_even() {
     let (inputs, stored) = squid();
     let plan = Plan::new(&inputs, &stored, None, 1, Points::Sobol).unwrap();
     let drawn: Vec<_> = (0..64).map(|flight| plan.draw(flight)).collect();
@@ -110,25 +110,25 @@ fn a_sobol_sequence_is_even() {
     assert!(plan.draw(1 << 16) != drawn[0] && plan.draw(1 << 16) == plan.draw(1 << 16));
 }
 
-/// Flights start with the drawn deviations from trim, which do not change the other drawn numbers.
+/// Flights start with the drawn deviations from trim, which do not affect the other drawn numbers.
 #[test]
-fn flights_start_off_trim() {
+fn flights_start_with_deviations_from_trim() {
     let (inputs, stored) = squid();
     let plan = |points, starts: &str| {
         let plan = Plan::new(&inputs, &stored, None, 1, points).unwrap();
         if starts.is_empty() { plan } else { plan.starting(starts.parse::<Starts>().unwrap()) }
     };
     let list = "pitch=10deg,heave=0.1m/s";
-    let most = [10f64.to_radians(), 0.0, 0.0, 0.0, 0.1];
+    let limits = [10f64.to_radians(), 0.0, 0.0, 0.0, 0.1];
     for points in [Points::Uniform, Points::Sobol, Points::Corners] {
         let (off, in_trim) = (plan(points, list), plan(points, ""));
         let mut cells = Vec::new();
         for flight in 0..64 {
             let (drawn, plain) = (off.draw(flight), in_trim.draw(flight));
-            assert!(drawn.off_trim.iter().zip(most).all(|(off, most)| off.abs() <= most));
+            assert!(drawn.off_trim.iter().zip(limits).all(|(off, limit)| off.abs() <= limit));
             assert_eq!(Drawn { off_trim: plain.off_trim, ..drawn.clone() }, plain);
             assert_eq!(plain.off_trim, [0.0; SIGNALS.len()]);
-            cells.push((32.0 * (drawn.off_trim[4] / most[4] + 1.0)) as usize);
+            cells.push((32.0 * (drawn.off_trim[4] / limits[4] + 1.0)) as usize);
         }
         cells.sort_unstable();
         cells.dedup();
@@ -138,31 +138,31 @@ fn flights_start_off_trim() {
     let (row, flight) = off.fly(5).unwrap();
     let names: Vec<String> = off.drawn().into_iter().map(|(name, _)| name).collect();
     assert_eq!(names[3..5], ["pitch_off_trim", "heave_off_trim"]);
-    let began = |flight: &Option<WholeFlight>| flight.as_ref().unwrap().axes[0].rows[0].signals.measured;
-    let trim = began(&in_trim.fly(5).unwrap().1);
-    let [pitch, speed, _, pitch_rate, heave, _] = began(&flight);
+    let initial = |flight: &Option<WholeFlight>| flight.as_ref().unwrap().axes[0].rows[0].signals.measured;
+    let trim = initial(&in_trim.fly(5).unwrap().1);
+    let [pitch, speed, _, pitch_rate, heave, _] = initial(&flight);
     assert!((pitch - trim[0] - row.drawn[3]).abs() < 1e-15 && row.drawn[3].abs() > 1e-3);
     assert!((heave - trim[4] - row.drawn[4]).abs() < 1e-15 && row.drawn[4].abs() > 1e-3);
     assert_eq!([speed, pitch_rate], [trim[1], trim[3]]);
 }
 
-/// Another seed, and a file that is not Parquet.
+/// Results of another seed, and a file that is not Parquet.
 #[test]
-fn other_results_are_rejected() {
+fn rejects_results_of_another_campaign() {
     let (inputs, stored) = squid();
     let directory = tempfile::tempdir().unwrap();
     let plan = |seed| Plan::new(&inputs, &stored, None, seed, Points::Uniform).unwrap();
     fly(&plan(1), 2, 1, directory.path());
-    let words = missing(&plan(2), 0..2, directory.path()).unwrap_err().to_string();
-    assert!(words.contains("is of another campaign: the seed differs"), "{words}");
+    let text = missing(&plan(2), 0..2, directory.path()).unwrap_err().to_string();
+    assert!(text.contains("is of another campaign: the seed differs"), "{text}");
     std::fs::write(directory.path().join("z.parquet"), b"PAR1").unwrap();
-    let words = missing(&plan(1), 0..2, directory.path()).unwrap_err().to_string();
-    assert!(words.contains("z.parquet is not a file of results"), "{words}");
+    let text = missing(&plan(1), 0..2, directory.path()).unwrap_err().to_string();
+    assert!(text.contains("z.parquet is not a file of results"), "{text}");
 }
 
-/// At every speed the largest drawn gain is below the guaranteed one and close to it, and the gains vary.
+/// The largest drawn gain is below the guaranteed one and close to it at every speed, and the gains vary.
 #[test]
-fn no_gain_is_above_the_guaranteed_one() {
+fn guaranteed_gain_bounds_drawn_gains() {
     let (inputs, stored) = squid();
     let plan = Plan::new(&inputs, &stored, None, 3, Points::Corners).unwrap();
     let all = gains(&plan, &(0..40).collect::<Vec<_>>()).unwrap();

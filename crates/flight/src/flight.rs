@@ -1,4 +1,4 @@
-//! Closed-loop simulation of vehicle and autopilot in this process.
+//! Closed-loop simulation of vehicle and autopilot in one process.
 
 use crate::error::Error;
 use crate::held_level::HeldLevel;
@@ -13,94 +13,93 @@ use squid_scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, T
 use std::array::from_fn;
 use std::borrow::Cow;
 
-/// Measured values and references, SI, by their places among the signals of the axis.
+/// Measurements and references, SI, in the order of the signals of the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Signals {
-    /// The value of each signal.
+    /// Measurement of each signal.
     pub measured: Each<f64>,
-    /// The reference of each signal that can be tracked, absolute.
+    /// Absolute reference of each signal that can be tracked.
     pub references: EachTracked<f64>,
 }
 
-/// One row of a flight's record.
+/// Row of the record of a flight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Time, s.
     pub time: f64,
-    /// Measured values and references as asked, SI.
+    /// Measurements and requested references, SI.
     pub signals: Signals,
-    /// The references as the law used them, SI.
+    /// References as applied by the control law, SI.
     pub used: EachTracked<f64>,
     /// Depth, m.
     pub depth: f64,
-    /// The scheduling parameter.
+    /// Scheduling parameter.
     pub rho: f64,
-    /// Whether the speed is outside the range of the design.
+    /// `true` if the speed is outside the range of the design.
     pub out_of_range: bool,
     /// Commands, N or rad.
     pub commands: Vec<f64>,
 }
 
 impl Row {
-    /// The measured value of the signal at a place among those of the axis.
+    /// Returns the measurement of the signal at an index of the axis.
     pub fn measured(&self, index: usize) -> f64 {
         self.signals.measured[index]
     }
 
-    /// The reference of a signal that can be tracked.
+    /// Returns the reference of a signal that can be tracked.
     pub fn reference(&self, index: usize) -> f64 {
         self.signals.references[index]
     }
 
-    /// Reference minus measured value.
+    /// Returns reference minus measurement.
     pub fn error(&self, index: usize) -> f64 {
         self.reference(index) - self.measured(index)
     }
 }
 
-/// A flight from trim to the end of its manoeuvre, or to the surface.
+/// Flight from trim to the end of its manoeuvre, or to the surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Flight {
-    /// One row per tick, all in the water.
+    /// Rows, one per tick, all below the surface.
     pub rows: Vec<Row>,
-    /// When the vehicle left the water, if it did.
+    /// Surfacing of the vehicle, if it left the water.
     pub surfacing: Option<Surfacing>,
-    /// The sea at each tick; empty in still water.
+    /// State of the sea at each tick; empty in still water.
     pub sea: Vec<SeaRow>,
 }
 
-/// The sea at one tick.
+/// State of the sea at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeaRow {
-    /// Elevation of the surface above still water at the vehicle, m.
+    /// Elevation of the surface above the still water level at the vehicle, m.
     pub elevation: f64,
     /// Velocity of the water at the vehicle.
     pub water: Current,
-    /// The sensor readings, SI.
+    /// Sensor readings, SI.
     pub read: Each<f64>,
 }
 
-/// The output of a control law at a tick.
+/// Output of a control law at a tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LawOutput {
     /// Commands, N or rad.
     pub commands: Vec<f64>,
-    /// The references as the law used them; `None` if those that were asked.
+    /// References as applied by the law; `None` if equal to the requested ones.
     pub references: Option<EachTracked<f64>>,
-    /// The scheduling parameter.
+    /// Scheduling parameter.
     pub rho: f64,
-    /// Whether the speed is outside the range of the design.
+    /// `true` if the speed is outside the range of the design.
     pub out_of_range: bool,
 }
 
-/// Simulates the vehicle under its autopilot in still water, from level trim at a depth \[m\] with a rule for its
-/// pitch.
+/// Simulates the vehicle under its autopilot in still water, from level trim at a depth \[m\] with a pitch rule.
 ///
-/// In a view in which level flight is held, surge, heave and pitch are at the level trim of the wanted speed, as by an
-/// autopilot that keeps them; sway, roll and yaw are free.
+/// For an axis with level flight held, surge, heave and pitch stay at the level trim for the reference speed, as under
+/// a perfect longitudinal autopilot; sway, roll and yaw are free.
 ///
 /// # Errors
-/// As [`fly_course`]; [`Error::Manoeuvre`], [`Error::ControllerDesign`], [`Error::Tick`].
+/// Errors of [`fly_course`]; [`Error::Manoeuvre`], [`Error::ControllerDesign`], [`Error::Tick`].
 pub fn fly(
     vehicle: &Vehicle,
     design: &ControllerDesign,
@@ -110,12 +109,12 @@ pub fn fly(
     fly_varied(vehicle, design, level, manoeuvre, &Variations::default())
 }
 
-/// Simulates the vehicle under its autopilot in a sea. The autopilot gets the sensor readings; the rows of the flight
-/// contain the true values. The flight starts in trim through the water, at the depth of the sea if it has one, and
-/// ends when the hull breaks the surface.
+/// Simulates the vehicle under its autopilot in a sea. The autopilot receives the sensor readings; the rows of the
+/// flight contain the true values. The flight starts in trim through the water, at the depth of the sea file if given,
+/// and ends when the hull breaks the surface.
 ///
 /// # Errors
-/// As [`fly`]; [`Error::Sea`], [`Error::NoGeometry`], [`Error::AtTheSurface`].
+/// Errors of [`fly`]; [`Error::Sea`], [`Error::NoGeometry`], [`Error::AtTheSurface`].
 pub fn fly_at_sea(
     vehicle: &Vehicle,
     design: &ControllerDesign,
@@ -126,72 +125,76 @@ pub fn fly_at_sea(
     fly_varied(vehicle, design, level, manoeuvre, &Variations { sea: Some(sea), ..Variations::default() })
 }
 
-/// The references as an autopilot used them last; 0 of signals that its axis does not track.
+/// Returns the references as last applied by an autopilot; 0 for signals that its axis does not track.
 pub fn used(autopilot: &Autopilot) -> EachTracked<f64> {
-    from_fn(|place| autopilot.references().get(place).copied().unwrap_or_default())
+    from_fn(|index| autopilot.references().get(index).copied().unwrap_or_default())
 }
 
-/// Differences of a flight from that of the nominal vehicle in still water.
+/// Deviations of a flight from that of the nominal vehicle in still water.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Variations<'a> {
-    /// The sea; `None` for still water.
+    /// Sea; `None` for still water.
     pub sea: Option<&'a Sea>,
-    /// Ratio of output to command of each actuator, up to its limits, in the order of the actuators; 1 if left out.
-    /// The rows of the flight contain the outputs.
+    /// Gain from command to output of each actuator, up to its limits, in the order of the actuators; 1 if omitted. The
+    /// rows of the flight contain the outputs.
     pub gains: &'a [f64],
-    /// Initial deviation of each signal from its trim, SI.
+    /// Initial deviation of each signal from trim, SI.
     pub off_trim: Each<f64>,
-    /// A disturbance for some time.
+    /// Temporary disturbance.
     pub disturbance: Option<Spell>,
 }
 
-/// A disturbance for some time.
+/// Temporary disturbance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spell {
-    /// The disturbance at its full size.
+    /// Disturbance at full size.
     pub disturbance: Disturbance,
-    /// When it begins, s.
+    /// Time at which it begins to rise, s.
     pub from: f64,
-    /// When it begins to end, s.
+    /// Time at which it begins to fall, s.
     pub to: f64,
-    /// How long current and load take to rise, and to fall, s; 0 for steps.
+    /// Duration of the rise and of the fall, s; 0 for steps.
     pub rise: f64,
 }
 
 impl Spell {
-    /// A steady current.
+    /// Returns a steady current.
     pub fn steady(current: Current) -> Self {
         let disturbance = Disturbance { current, ..Disturbance::default() };
         Self { disturbance, from: f64::NEG_INFINITY, to: f64::INFINITY, rise: 0.0 }
     }
 
-    /// The disturbance at a time, s.
+    /// Returns the disturbance at a time, s.
     pub(crate) fn at(&self, time: f64) -> Disturbance {
         let Self { disturbance: Disturbance { current, load }, from, to, rise } = *self;
-        let way =
+        let ramp =
             |since: f64| if rise > 0.0 { (since / rise).clamp(0.0, 1.0) } else { f64::from(since >= 0.0) };
-        let part = way(time - from) - way(time - to);
+        let fraction = ramp(time - from) - ramp(time - to);
         let Current { horizontal, east, vertical } = current;
         Disturbance {
-            current: Current { horizontal: part * horizontal, east: part * east, vertical: part * vertical },
-            load: load.map(|one| part * one),
+            current: Current {
+                horizontal: fraction * horizontal,
+                east: fraction * east,
+                vertical: fraction * vertical,
+            },
+            load: load.map(|one| fraction * one),
         }
     }
 }
 
-/// A disturbance of a flight.
+/// Disturbance of a flight.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Disturbance {
-    /// The current. A step of it is a step of the velocity through the water.
+    /// Current. A step of the current is a step of the velocity through the water.
     pub current: Current,
-    /// A force and a moment on the hull, N and N m.
+    /// Force and moment on the hull, N and N m.
     pub load: Load,
 }
 
-/// Simulates the vehicle under its autopilot with some variations.
+/// Simulates the vehicle under its autopilot with deviations from the nominal flight.
 ///
 /// # Errors
-/// As [`fly_at_sea`].
+/// Errors of [`fly_at_sea`].
 pub fn fly_varied(
     vehicle: &Vehicle,
     design: &ControllerDesign,
@@ -234,29 +237,29 @@ pub fn fly_varied(
     })
 }
 
-/// The demanded flight and the disturbance at one time.
+/// Demanded flight and disturbance at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Demand {
     /// Speed V along the path through the water, m/s.
     pub speed: f64,
-    /// Each reference minus its trim value, the depth minus the initial depth, SI; without the speed.
+    /// Deviation of each reference from trim, of the depth from its initial value, SI; excludes the speed.
     pub above_trim: EachTracked<f64>,
-    /// What disturbs it.
+    /// Disturbance.
     pub disturbance: Disturbance,
 }
 
 impl Demand {
-    /// The demand of a manoeuvre of surge, heave and pitch in still water.
+    /// Returns the demand of a longitudinal manoeuvre in still water.
     pub fn of(manoeuvre: &Manoeuvre, time: f64) -> Self {
         Self::of_axis(manoeuvre, &LONGITUDINAL, time)
     }
 
-    /// The demand of a manoeuvre of an axis.
+    /// Returns the demand of a manoeuvre of an axis in still water.
     fn of_axis(manoeuvre: &Manoeuvre, view: &View, time: f64) -> Self {
         Self {
             speed: manoeuvre.speed_reference(time),
-            above_trim: from_fn(|place| {
-                let signal = view.interface.signals.get(place);
+            above_trim: from_fn(|index| {
+                let signal = view.interface.signals.get(index);
                 signal.map_or(0.0, |signal| manoeuvre.above_trim(time, signal.name))
             }),
             disturbance: Disturbance::default(),
@@ -264,28 +267,28 @@ impl Demand {
     }
 }
 
-/// A course to fly: the demand at each time.
+/// Course to fly: the demand over time.
 #[derive(Debug, Clone, Copy)]
 pub struct Course<F> {
     /// Duration, s.
     pub duration: f64,
-    /// The demand as a function of time (s).
+    /// Demand as a function of time (s).
     pub demand: F,
 }
 
 impl<F: Fn(f64) -> Demand> Course<F> {
-    /// Speed V along the path at the start, m/s.
+    /// Returns the speed V along the path at the start, m/s.
     fn initial_speed(&self) -> f64 {
         (self.demand)(0.0).speed
     }
 }
 
-/// The sampling of a control law, and the trim table that turns a demand into references.
+/// Sampling of a control law, and the trim table that turns a demand into references.
 #[derive(Debug, Clone, Copy)]
 pub struct Sampling<'a> {
-    /// Time between two ticks, s.
+    /// Sample time, s.
     pub sample_time: f64,
-    /// The trim table.
+    /// Trim table.
     pub trims: &'a Trim,
 }
 
@@ -306,21 +309,21 @@ pub fn fly_course(
     start.fly(course, sampling, law)
 }
 
-/// A vehicle at the start of a flight.
+/// Vehicle at the start of a flight.
 struct Start {
     view: &'static View,
     plant: Plant,
-    /// What the references of the depth, or of the heading, count from.
+    /// Origin of the depth or heading references.
     origin: f64,
     depth: f64,
     conditions: Option<Conditions>,
-    /// The level flight that is held, for an axis of heading.
+    /// Level flight that is held, for an axis of heading.
     level: Option<HeldLevel>,
 }
 
 impl Start {
-    /// A vehicle in trim at a depth, with a rule for its pitch and at a speed along the path, but for a deviation of
-    /// each signal.
+    /// Returns a vehicle in trim at a depth, with a pitch rule and at a speed along the path, plus a deviation of each
+    /// signal.
     fn new(
         vehicle: &Vehicle,
         view: &'static View,
@@ -358,7 +361,7 @@ impl Start {
         let mut flight = Flight { rows: Vec::with_capacity(steps + 1), surfacing: None, sea: Vec::new() };
         let signals = trims.signals();
         let mut inputs = Inputs { measured: vec![0.0; signals], references: vec![0.0; signals.min(TRACKED)] };
-        let outside = |time: f64, plant: &mut Plant| {
+        let environment = |time: f64, plant: &mut Plant| {
             let Demand { speed, above_trim, disturbance: Disturbance { current, load } } = demand(time);
             let forward_speed = trims.forward_speed(speed);
             plant.set_load(load)?;
@@ -366,11 +369,11 @@ impl Start {
             if let Some(level) = &mut level {
                 plant.hold_level(level.at(speed)?);
             }
-            let mut wanted = above_trim;
-            for (index, value) in wanted.iter_mut().enumerate().take(view.interface.signals.len()) {
+            let mut references = above_trim;
+            for (index, value) in references.iter_mut().enumerate().take(view.interface.signals.len()) {
                 *value += trims.signal(forward_speed, index, origin);
             }
-            Ok((current, wanted))
+            Ok((current, references))
         };
         let tick = |Tick { time, state, plant, conditions }: Tick<'_>, references| {
             let signals = Signals { measured: view.measured(&state), references };
@@ -391,23 +394,23 @@ impl Start {
             flight.rows.push(Row { time, signals, used, depth, rho, out_of_range, commands });
             Ok(())
         };
-        flight.surfacing = Ticks { plant, conditions, sample_time, duration }.fly(outside, tick)?;
+        flight.surfacing = Ticks { plant, conditions, sample_time, duration }.fly(environment, tick)?;
         if flight.rows.is_empty() { Err(Error::AtTheSurface { depth: initial_depth }) } else { Ok(flight) }
     }
 }
 
-/// A flight; `None` if the autopilot or the motion diverged before its end.
+/// Returns the flight, or `None` if the autopilot or the motion diverged.
 ///
 /// # Errors
 /// All other errors.
-pub fn unless_lost(flown: Result<Flight, Error>) -> Result<Option<Flight>, Error> {
-    match flown {
+pub fn unless_lost(result: Result<Flight, Error>) -> Result<Option<Flight>, Error> {
+    match result {
         Err(Error::Tick(_) | Error::Simulation(_)) => Ok(None),
-        flown => flown.map(Some),
+        result => result.map(Some),
     }
 }
 
-/// A step of one actuator's command.
+/// Step of one actuator command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActuatorStep {
     /// Index of the actuator.
@@ -416,8 +419,8 @@ pub struct ActuatorStep {
     pub height: f64,
 }
 
-/// The open-loop response to a step of one actuator, from trim at a speed: time (s) and the first signal of a view, an
-/// angle from trim (rad), until the vehicle reaches the surface, if it does.
+/// Simulates the open-loop response to a step of one actuator from trim at a speed, up to the surface; returns time (s)
+/// and the deviation from trim (rad) of the first signal of a view, an angle.
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Simulation`].
@@ -430,10 +433,10 @@ pub fn fly_open_loop(
     interval: f64,
     duration: f64,
 ) -> Result<Vec<(f64, f64)>, Error> {
-    let Start { mut plant, level: held, .. } =
+    let Start { mut plant, level: held_level, .. } =
         Start::new(vehicle, view, level, speed, None, Each::default())?;
-    if let Some(held) = &held {
-        plant.hold_level(held.trim());
+    if let Some(held_level) = &held_level {
+        plant.hold_level(held_level.trim());
     }
     let angle = |state: &State| (view.sensed[0].value)(state);
     let start = angle(&plant.state());
@@ -458,27 +461,27 @@ mod tests {
     use squid_design::inputs::Inputs;
     use std::path::Path;
 
-    /// The committed design of Squid, pitching up 10 degrees from a metre below the surface: it leaves the water, and
-    /// all rows are below the surface.
+    /// Pitching up 10 degrees from a metre below the surface, Squid with its committed design leaves the water, and all
+    /// rows are below the surface.
     #[test]
-    fn a_flight_ends_at_the_surface() {
+    fn flight_ends_at_the_surface() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
         let inputs = Inputs::read(&folder, "design").unwrap();
         let frozen = squid_base::files::read(&folder.join("frozen/controller.json")).unwrap();
         let design = ControllerDesign::from_json(&frozen).unwrap();
         let manoeuvre = &inputs.design.manoeuvre;
-        let flown = |depth| fly(&inputs.vehicle, &design, (depth, &Pitch::Free), manoeuvre).unwrap();
-        let deep = flown(50.0);
+        let fly_from = |depth| fly(&inputs.vehicle, &design, (depth, &Pitch::Free), manoeuvre).unwrap();
+        let deep = fly_from(50.0);
         assert_eq!((deep.surfacing, deep.rows.len()), (None, 3001));
 
-        let flight = flown(1.0);
+        let flight = fly_from(1.0);
         let Surfacing { time, speed } = flight.surfacing.unwrap();
         let last = flight.rows.last().unwrap();
         assert!((last.time + design.sample_time - time).abs() < 1e-9, "{time}");
         assert!(last.depth.abs() < 0.05 && flight.rows.iter().all(|row| !out_of_water(row.depth)));
         // The step is at 10 s; rising a metre at 1 m/s and 10 degrees takes about 5 s.
         assert!((12.0..20.0).contains(&time) && (0.6..2.9).contains(&speed), "{time} s, {speed} m/s");
-        let words = flight.surfacing.unwrap().to_string();
-        assert!(words.starts_with("the vehicle reaches the surface at 1"), "{words}");
+        let text = flight.surfacing.unwrap().to_string();
+        assert!(text.starts_with("the vehicle reaches the surface at 1"), "{text}");
     }
 }

@@ -4,17 +4,17 @@ use crate::flight::{Flight, Row};
 use serde::Serialize;
 use squid_auv::longitudinal::{DEPTH, SPEED};
 
-/// The band around the new reference, relative to the step, within which a response is settled.
+/// Settling band around the new reference, relative to the step.
 pub const SETTLED: f64 = 0.02;
 
-/// The time \[s\] after a step in which the error is not a tracking error.
+/// Time \[s\] after a step during which the error does not count as tracking error.
 pub const GRACE: f64 = 10.0;
 
-/// A change of the pitch reference \[rad\] within a sample above this (1 deg) is a step; ramps of the trim pitch
-/// are slower.
+/// Change of the pitch reference \[rad\] within a sample above which it is a step (1 deg); ramps of the trim pitch are
+/// slower.
 const JUMP: f64 = std::f64::consts::PI / 180.0;
 
-/// A change of the depth reference \[m\] within a sample above this, 2.5 m/s at 100 Hz, is a step.
+/// Change of the depth reference \[m\] within a sample above which it is a step: 2.5 m/s at 100 Hz.
 const DEPTH_JUMP: f64 = 0.025;
 
 /// Metrics of a step response.
@@ -30,12 +30,12 @@ pub struct StepFigures {
     pub steady_error: f64,
     /// Largest deviation of the speed from its reference, m/s.
     pub speed_deviation: f64,
-    /// Largest use of an actuator, relative to its limits: 1 is at a limit.
+    /// Largest use of an actuator, relative to its limits: 1 at a limit.
     pub actuator_use: f64,
 }
 
 impl StepFigures {
-    /// All unknown: the flight ended before the step.
+    /// Unknown metrics: the flight ended before the step.
     const NONE: Self = Self {
         overshoot: f64::NAN,
         rise_time: f64::NAN,
@@ -45,36 +45,37 @@ impl StepFigures {
         actuator_use: f64::NAN,
     };
 
-    /// The metrics of a record with one step at `step_time` (s) of `height`, in the unit of the signal at a place in
-    /// [`squid_auv::longitudinal::SIGNALS`].
+    /// Returns the metrics of a record with one step at `step_time` (s) of `height`, in the unit of the signal at an
+    /// index of [`squid_auv::longitudinal::SIGNALS`].
     pub fn of(rows: &[Row], index: usize, (step_time, height): (f64, f64), limits: &[(f64, f64)]) -> Self {
         let after: Vec<&Row> = rows.iter().filter(|r| r.time >= step_time).collect();
         if after.is_empty() {
             return Self::NONE;
         }
-        let done = |r: &Row| 1.0 - r.error(index) / height;
-        let first = |level: f64| after.iter().find(|r| done(r) >= level).map_or(f64::INFINITY, |r| r.time);
-        let last_outside = after.iter().rposition(|r| (done(r) - 1.0).abs() > SETTLED);
+        let progress = |r: &Row| 1.0 - r.error(index) / height;
+        let first =
+            |level: f64| after.iter().find(|r| progress(r) >= level).map_or(f64::INFINITY, |r| r.time);
+        let last_outside = after.iter().rposition(|r| (progress(r) - 1.0).abs() > SETTLED);
         let tail = &after[after.len() - (after.len() / 10).max(1)..];
-        let mean_done = tail.iter().map(|r| done(r)).sum::<f64>() / tail.len() as f64;
+        let mean_progress = tail.iter().map(|r| progress(r)).sum::<f64>() / tail.len() as f64;
         Self {
-            overshoot: after.iter().map(|r| done(r) - 1.0).fold(0.0, f64::max),
+            overshoot: after.iter().map(|r| progress(r) - 1.0).fold(0.0, f64::max),
             rise_time: if first(0.9).is_finite() { first(0.9) - first(0.1) } else { f64::INFINITY },
             settling_time: last_outside
                 .map_or(0.0, |last| after.get(last + 1).map_or(f64::INFINITY, |r| r.time - step_time)),
-            steady_error: (1.0 - mean_done).abs(),
+            steady_error: (1.0 - mean_progress).abs(),
             speed_deviation: speed_deviation(rows),
             actuator_use: actuator_use(rows, limits),
         }
     }
 
-    /// The metrics of a flight with one step; for a flight that ended at the surface, those that are known.
+    /// Returns the metrics of a flight with one step; NaN for those unknown because the flight ended at the surface.
     pub fn of_flight(flight: &Flight, index: usize, step: (f64, f64), limits: &[(f64, f64)]) -> Self {
         let figures = Self::of(&flight.rows, index, step, limits);
         if flight.surfacing.is_some() { figures.cut_short() } else { figures }
     }
 
-    /// The metrics of a flight that ended early: it might have left the band again, and no error is steady.
+    /// Returns the metrics of a flight that ended early: settling time and steady error are unknown.
     #[must_use]
     pub fn cut_short(self) -> Self {
         let rise_time = if self.rise_time.is_finite() { self.rise_time } else { f64::NAN };
@@ -82,7 +83,7 @@ impl StepFigures {
     }
 }
 
-/// A step of a reference, and the response to it.
+/// Step of a reference, and the response to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Time of the step, s.
@@ -96,20 +97,20 @@ pub struct Step {
 /// Metrics of a flight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlightFigures {
-    /// The steps of the reference, in order.
+    /// Steps of the reference, in order.
     pub steps: Vec<Step>,
-    /// Largest error \[rad or m\] from the first step on, except for [`GRACE`] after each step; over the entire flight
+    /// Largest error \[rad or m\] after the first step, except during [`GRACE`] after each step; over the entire flight
     /// if there is no step. `None` if the flight ends before any such time.
     pub error: Option<f64>,
     /// Largest deviation of the speed from its reference, m/s.
     pub speed_deviation: f64,
-    /// Largest use of an actuator, relative to its limits: 1 is at a limit.
+    /// Largest use of an actuator, relative to its limits: 1 at a limit.
     pub actuator_use: f64,
 }
 
 impl FlightFigures {
-    /// The metrics of a record for the output at a place in [`squid_auv::longitudinal::SIGNALS`]. `limits` are the minimum
-    /// and maximum of each command.
+    /// Returns the metrics of a record for the output at an index of [`squid_auv::longitudinal::SIGNALS`]. `limits` are
+    /// the minimum and maximum of each command.
     #[must_use]
     pub fn of(rows: &[Row], index: usize, limits: &[(f64, f64)]) -> Self {
         let jump = |i: usize| rows[i].reference(index) - rows[i - 1].reference(index);
@@ -139,7 +140,7 @@ fn error(rows: &[Row], index: usize, steps: &[Step]) -> Option<f64> {
     errors.reduce(f64::max)
 }
 
-/// The RMS error of the signal at a place in [`squid_auv::longitudinal::SIGNALS`], in its unit.
+/// Returns the RMS error of the signal at an index of [`squid_auv::longitudinal::SIGNALS`], in its unit.
 pub fn rms(rows: &[Row], index: usize) -> f64 {
     (rows.iter().map(|row| row.error(index).powi(2)).sum::<f64>() / rows.len() as f64).sqrt()
 }
@@ -153,8 +154,8 @@ fn actuator_use(rows: &[Row], limits: &[(f64, f64)]) -> f64 {
     each.map(|(command, (low, high))| used_fraction(*command, *low, *high)).fold(0.0, f64::max)
 }
 
-/// The fraction of an actuator's range that a command uses: 0 at rest, 1 at a limit. If the range does not contain 0,
-/// rest is its middle.
+/// Returns the fraction of an actuator's range that a command uses: 0 at rest, 1 at a limit. If the range does not
+/// contain 0, rest is its middle.
 pub fn used_fraction(command: f64, low: f64, high: f64) -> f64 {
     let rest = if low <= 0.0 && high >= 0.0 { 0.0 } else { 0.5 * (low + high) };
     let span = if command >= rest { high - rest } else { rest - low };
@@ -167,13 +168,13 @@ mod tests {
     use crate::flight::Signals;
     use squid_auv::longitudinal::PITCH;
 
-    /// A flight at constant speed, from pitch and reference (rad) over time (s).
-    fn flown(duration: f64, step: f64, at: impl Fn(f64) -> (f64, f64)) -> Vec<Row> {
+    /// Returns a flight at constant speed, from pitch and reference (rad) over time (s).
+    fn simulated(duration: f64, step: f64, at: impl Fn(f64) -> (f64, f64)) -> Vec<Row> {
         let row = |i: u32| {
             let time = step * f64::from(i);
             let (pitch, reference) = at(time);
             let signals = Signals {
-                measured: std::array::from_fn(|place| [pitch, 1.0].get(place).copied().unwrap_or_default()),
+                measured: std::array::from_fn(|index| [pitch, 1.0].get(index).copied().unwrap_or_default()),
                 references: [reference, 1.25, 0.0],
             };
             Row {
@@ -189,20 +190,15 @@ mod tests {
         (0..(duration / step) as u32).map(row).collect()
     }
 
-    /// A second-order system with damping 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %, settles to 2 % in 8.08 s and
-    /// rises in 1.64 s.
+    /// A second-order system with damping ratio 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %, settles to 2 % in 8.08 s
+    /// and rises in 1.64 s.
     #[test]
-    fn figures_of_a_known_response() {
+    fn metrics_of_a_second_order_response() {
         let damped = 0.75f64.sqrt();
         let wave = |t: f64| (-0.5 * t).exp() * ((damped * t).cos() + 0.5 / damped * (damped * t).sin());
-        let rows =
-            flown(
-                40.0,
-                0.01,
-                |time| {
-                    if time >= 5.0 { (0.2 * (1.0 - wave(time - 5.0)), 0.2) } else { (0.0, 0.0) }
-                },
-            );
+        let rows = simulated(40.0, 0.01, |time| {
+            if time >= 5.0 { (0.2 * (1.0 - wave(time - 5.0)), 0.2) } else { (0.0, 0.0) }
+        });
         let found = FlightFigures::of(&rows, PITCH, &[]);
         let [Step { time, height, figures }] = found.steps[..] else { panic!("{found:?}") };
         assert_eq!((time, height), (5.0, 0.2));
@@ -214,17 +210,17 @@ mod tests {
     }
 
     #[test]
-    fn figures_of_a_response_that_does_not_settle() {
-        let rows = flown(10.0, 0.01, |time| (0.0, if time >= 5.0 { 0.2 } else { 0.0 }));
+    fn metrics_of_an_unsettled_response() {
+        let rows = simulated(10.0, 0.01, |time| (0.0, if time >= 5.0 { 0.2 } else { 0.0 }));
         let [Step { figures, .. }] = FlightFigures::of(&rows, PITCH, &[]).steps[..] else { panic!() };
         assert_eq!((figures.settling_time, figures.steady_error), (f64::INFINITY, 1.0));
     }
 
     #[test]
-    fn each_step_ends_with_the_next() {
+    fn each_step_ends_at_the_next() {
         let reference = |time: f64| if (4.0..8.0).contains(&time) { 0.1 } else { 0.0 };
         let found = FlightFigures::of(
-            &flown(12.0, 0.5, |time| (reference(time), reference(time))),
+            &simulated(12.0, 0.5, |time| (reference(time), reference(time))),
             PITCH,
             &[(2.0, 4.0)],
         );
@@ -236,12 +232,13 @@ mod tests {
         assert_eq!((found.speed_deviation, found.actuator_use), (0.25, 0.0));
     }
 
-    /// The error right after a step is not a tracking error, nor is the one before the first step.
+    /// Errors right after a step or before the first step are not tracking errors.
     #[test]
-    fn pitch_error_leaves_out_what_follows_a_step() {
+    fn error_excludes_the_time_after_each_step() {
         let error = |events: &'static [f64], at: fn(f64) -> f64| {
             let reference = move |time| 0.1 * events.iter().filter(|e| time >= **e).count() as f64;
-            FlightFigures::of(&flown(30.0, 0.5, |t| (reference(t) - at(t), reference(t))), PITCH, &[]).error
+            FlightFigures::of(&simulated(30.0, 0.5, |t| (reference(t) - at(t), reference(t))), PITCH, &[])
+                .error
         };
         let near = |found: Option<f64>, expected: f64| {
             assert!((found.unwrap() - expected).abs() < 1e-12, "{found:?}")
@@ -256,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn use_is_one_at_a_limit_and_zero_at_rest() {
+    fn used_fraction_is_one_at_a_limit_and_zero_at_rest() {
         assert_eq!(used_fraction(-60.0, -60.0, 100.0), 1.0);
         assert_eq!(used_fraction(50.0, -60.0, 100.0), 0.5);
         assert_eq!(used_fraction(0.0, 0.0, 20.0), 0.0);
@@ -265,11 +262,11 @@ mod tests {
         assert_eq!(used_fraction(3.0, 2.0, 4.0), 0.0);
     }
 
-    /// A flight that ended at the surface: no panic, and NaN for unknown metrics.
+    /// Metrics of a flight that ended at the surface: NaN if unknown, no panic.
     #[test]
-    fn figures_of_a_flight_that_was_cut_short() {
+    fn metrics_of_a_flight_that_ended_early() {
         assert!(StepFigures::of(&[], PITCH, (5.0, 0.2), &[]).settling_time.is_nan());
-        let row = Row { time: 6.0, ..flown(1.0, 1.0, |_| (0.01, 0.2)).remove(0) };
+        let row = Row { time: 6.0, ..simulated(1.0, 1.0, |_| (0.01, 0.2)).remove(0) };
         let found = StepFigures::of(&[row], PITCH, (5.0, 0.2), &[]);
         assert_eq!((found.rise_time, found.settling_time), (f64::INFINITY, f64::INFINITY));
         let cut = found.cut_short();

@@ -1,4 +1,4 @@
-//! The record of a flight; its columns are named as the outputs of `squid.fmu`.
+//! Record of a flight; its columns have the names of the outputs of `squid.fmu`.
 
 use crate::flight::{Flight, Row, SeaRow};
 use crate::whole::WholeFlight;
@@ -17,29 +17,29 @@ struct Column {
 }
 
 impl Column {
-    /// The heading without the unit.
+    /// Returns the heading without the unit.
     fn name(&self) -> &str {
         self.split().0
     }
 
-    /// Name and unit; the unit is 1 if there is none.
+    /// Returns name and unit; the unit is 1 if none is given.
     fn split(&self) -> (&str, &str) {
         let split = self.heading.split_once(" [");
         split.map_or((&self.heading, "1"), |(name, unit)| (name, unit.trim_end_matches(']')))
     }
 }
 
-/// The heading of a column, and its value in a row.
+/// Heading of a column, and its value in a row.
 type Named<T> = (&'static str, fn(&T) -> f64);
 
 impl Record {
-    /// A record of columns of equal length, each with its heading.
+    /// Returns a record of columns of equal length, each with its heading.
     pub fn new(columns: Vec<(String, Vec<f64>)>) -> Self {
         Self(columns.into_iter().map(|(heading, values)| Column { heading, values }).collect())
     }
 
-    /// The record of a flight in this process; at sea also the surface elevation above the vehicle, the velocity of
-    /// the water and the sensor readings.
+    /// Returns the record of a flight in this process; at sea with the surface elevation above the vehicle, the
+    /// velocity of the water and the sensor readings.
     pub fn of(flight: &Flight, actuators: &[Actuator], design: &ControllerDesign) -> Self {
         let mut columns = Vec::new();
         let mut add = |name: &str, unit: &str, of: &dyn Fn(&Row) -> f64| {
@@ -72,9 +72,9 @@ impl Record {
         Self::new(columns)
     }
 
-    /// The record of a flight in six degrees of freedom, with the actuators of the vehicle, and those of each axis with
-    /// its design; its columns are named as those of [`Record::of`]. At sea there are also the elevation, the velocity
-    /// of the water and the readings.
+    /// Returns the record of a flight in six degrees of freedom, from the actuators of the vehicle, and actuators and
+    /// design of each axis; the columns are named as in [`Record::of`]. At sea it includes the elevation, the velocity
+    /// of the water and the sensor readings.
     pub fn of_whole(
         flight: &WholeFlight,
         actuators: &[Actuator],
@@ -95,7 +95,7 @@ impl Record {
         ];
         columns.extend(of_state.map(|(name, of)| (name.into(), flight.states.iter().map(of).collect())));
         let flown = || axes.iter().zip(&flight.axes).enumerate();
-        // Reference and sensor of the speed are those of all axes.
+        // The reference and the sensor of the speed are common to all axes.
         let is_own = |axis: usize, index: usize| axis == 0 || index != SPEED;
         for (axis, ((_, design), flown)) in flown() {
             for (index, (signal, reference)) in design.references().enumerate() {
@@ -127,7 +127,7 @@ impl Record {
                     design.signals.iter().enumerate().filter(|(index, _)| is_own(axis, *index))
                 {
                     let heading = format!("{}_read [{}]", signal.name, signal.unit);
-                    // A signal that several axes have has one sensor.
+                    // A signal of several axes has one sensor.
                     if columns.iter().all(|(other, _)| *other != heading) {
                         columns.push((heading, flown.sea.iter().map(|row| row.read[index]).collect()));
                     }
@@ -137,22 +137,22 @@ impl Record {
         Self::new(columns)
     }
 
-    /// Name, unit and values of each variable.
+    /// Returns name, unit and values of each variable.
     pub fn columns(&self) -> impl Iterator<Item = (&str, &str, &[f64])> {
         self.0.iter().map(|column| (column.split().0, column.split().1, column.values.as_slice()))
     }
 
-    /// The values of a variable.
+    /// Returns the values of a variable.
     pub fn get(&self, name: &str) -> Option<&[f64]> {
         self.0.iter().rfind(|column| column.name() == name).map(|column| column.values.as_slice())
     }
 
-    /// Keeps only the first `rows` rows.
+    /// Truncates the record to the first `rows` rows.
     pub fn truncate(&mut self, rows: usize) {
         self.0.iter_mut().for_each(|column| column.values.truncate(rows));
     }
 
-    /// The record as CSV.
+    /// Returns the record as CSV.
     pub fn csv(&self) -> String {
         let line = |cells: Vec<String>| cells.join(",") + "\n";
         let head = line(self.0.iter().map(|column| column.heading.clone()).collect());

@@ -1,4 +1,4 @@
-//! The environment of a flight: waves, current and sensor errors.
+//! Environment of a flight: waves, current and sensor errors.
 
 use crate::error::Error;
 use squid_auv::{Bottom, Current, Each, Surroundings, VIEWS, Vehicle, View, Water};
@@ -6,31 +6,31 @@ use squid_sea::{GaussMarkov, Layers, Sensor, SensorErrors, Spectrum, Wandering, 
 use squid_signals::Signal;
 use std::sync::Arc;
 
-/// The environment as its file describes it; nothing random is drawn yet.
+/// Environment as described by its file, before any random draw.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sea {
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// The depth at which flights start \[m\]; `None` for the depth of the design.
+    /// Depth at the start of a flight \[m\]; `None` for the depth of the design.
     pub depth: Option<f64>,
-    /// The waves.
+    /// Waves.
     pub waves: Option<WaveParameters>,
-    /// The current along the vehicle's heading, over depth.
+    /// Current along the vehicle's heading, over depth.
     pub layers: Layers,
-    /// The vertical current \[m/s\], positive down.
+    /// Vertical current \[m/s\], positive down.
     pub vertical: f64,
-    /// The Gauss-Markov part of the current along the vehicle's heading.
+    /// Gauss-Markov component of the current along the vehicle's heading.
     pub gauss_markov: Option<Wandering>,
-    /// The errors of each sensor, in the order of [`sensed`].
+    /// Errors of each sensor, in the order of [`sensed`].
     pub sensors: Vec<SensorErrors>,
-    /// The bottom.
+    /// Bottom.
     pub bottom: Bottom,
 }
 
 /// Parameters from which the waves are drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WaveParameters {
-    /// The wave spectrum.
+    /// Wave spectrum.
     pub spectrum: Spectrum,
     /// Direction of propagation relative to the vehicle's heading \[rad\].
     pub heading: f64,
@@ -38,19 +38,19 @@ pub struct WaveParameters {
     pub components: usize,
 }
 
-/// The environment drawn for one vehicle.
+/// Environment drawn for one vehicle.
 #[derive(Debug)]
 pub(crate) struct Conditions {
     water: Arc<Surroundings>,
     gauss_markov: Option<GaussMarkov>,
     sensors: Vec<Sensor>,
-    /// The sensor of each signal of each view, as [`places`] returns them.
+    /// Sensor of each signal of each view, as returned by [`indices`].
     indices: Vec<(usize, usize, usize)>,
     bottom: Bottom,
 }
 
 impl Sea {
-    /// Waves only, without current or sensor errors, for a flight that starts at a depth \[m\].
+    /// Returns a sea with waves only, without current or sensor errors, for a flight that starts at a depth \[m\].
     ///
     /// # Errors
     /// [`Error::Sea`].
@@ -62,13 +62,13 @@ impl Sea {
             layers: Layers::new(&[[0.0, 0.0]])?,
             vertical: 0.0,
             gauss_markov: None,
-            sensors: perfect(),
+            sensors: perfect_sensors(),
             bottom: Bottom::default(),
         })
     }
 
-    /// Checks that the vehicle of a design can be simulated in this sea. Waves need its `[geometry]`; that of a design
-    /// of heading alone, whose surge, heave and pitch are held, is refused.
+    /// Checks that the vehicle of a design can be simulated in this sea: waves need its `[geometry]`; a design of
+    /// heading only, with surge, heave and pitch held, is refused.
     ///
     /// # Errors
     /// [`Error::NoGeometry`], [`Error::SeaOfHeading`].
@@ -91,11 +91,11 @@ impl Sea {
         }
     }
 
-    /// The first feature, in words, other than a steady current and waves of the default number of components.
+    /// Returns, as text, the first feature other than a steady current and waves of the default number of components.
     pub fn beyond_steady(&self) -> Option<String> {
         let components = self.waves.as_ref().map_or(Waves::USUAL, |waves| waves.components);
-        let erring = sensed().zip(&self.sensors).find(|(_, errors)| **errors != SensorErrors::NONE);
-        match (self.layers.steady(), &self.gauss_markov, erring) {
+        let imperfect = sensed().zip(&self.sensors).find(|(_, errors)| **errors != SensorErrors::NONE);
+        match (self.layers.steady(), &self.gauss_markov, imperfect) {
             (None, ..) => Some("a current in layers".into()),
             (_, Some(_), _) => Some("a Gauss-Markov current".into()),
             (.., Some((signal, _))) => Some(format!("errors of the sensor of {}", signal.name)),
@@ -106,7 +106,7 @@ impl Sea {
         }
     }
 
-    /// The water around a vehicle, without the Gauss-Markov current.
+    /// Returns the water around a vehicle, without the Gauss-Markov current.
     ///
     /// # Errors
     /// [`Error::NoGeometry`], [`Error::Sea`].
@@ -114,20 +114,20 @@ impl Sea {
         self.check_geometry(vehicle)?;
         let coefficients = &vehicle.coefficients;
         let water = Surroundings::still(coefficients).with_current(self.layers.clone(), self.vertical);
-        let Some((drawn_from, geometry)) = self.waves.as_ref().zip(vehicle.geometry) else {
+        let Some((waves, geometry)) = self.waves.as_ref().zip(vehicle.geometry) else {
             return Ok(water);
         };
-        let waves = Waves::new(&drawn_from.spectrum, drawn_from.heading, drawn_from.components, self.seed)?;
+        let waves = Waves::new(&waves.spectrum, waves.heading, waves.components, self.seed)?;
         Ok(water.with_waves(waves, geometry, coefficients)?)
     }
 
-    /// Draws everything random, for a vehicle and the sample time of its autopilot \[s\].
+    /// Draws all random numbers, for a vehicle and the sample time of its autopilot \[s\].
     ///
     /// # Errors
-    /// As [`Sea::about`].
+    /// Errors of [`Sea::about`].
     pub(crate) fn draw(&self, vehicle: &Vehicle, sample_time: f64) -> Result<Conditions, Error> {
         let water = self.about(vehicle)?;
-        let gauss_markov = self.gauss_markov.map(|numbers| GaussMarkov::new(numbers, self.seed));
+        let gauss_markov = self.gauss_markov.map(|parameters| GaussMarkov::new(parameters, self.seed));
         let sensor =
             |(number, errors): (u32, &SensorErrors)| Sensor::new(*errors, sample_time, self.seed, number);
         Ok(Conditions {
@@ -141,57 +141,57 @@ impl Sea {
 }
 
 impl Conditions {
-    /// The water, as a plant needs it.
+    /// Returns the water for a plant.
     pub(crate) fn water(&self) -> Arc<dyn Water> {
         self.water.clone()
     }
 
-    /// The bottom.
+    /// Returns the bottom.
     pub(crate) fn bottom(&self) -> Bottom {
         self.bottom
     }
 
-    /// The present Gauss-Markov part of the current.
+    /// Returns the present Gauss-Markov component of the current.
     pub(crate) fn gauss_markov(&self) -> Current {
         let horizontal = self.gauss_markov.as_ref().map_or(0.0, GaussMarkov::value);
         Current { horizontal, vertical: 0.0, ..Current::default() }
     }
 
-    /// Advances the Gauss-Markov process by a time \[s\].
+    /// Advances the Gauss-Markov process by a time step \[s\].
     pub(crate) fn advance(&mut self, step: f64) {
         self.gauss_markov.iter_mut().for_each(|process| process.advance(step));
     }
 
-    /// The sensor readings, at the next tick, of the signals of the first of [`VIEWS`].
+    /// Returns the sensor readings at the next tick for the signals of the first of [`VIEWS`].
     pub(crate) fn read(&mut self, measured: &Each<f64>) -> Each<f64> {
-        let mut read = *measured;
+        let mut readings = *measured;
         let own = self.sensors.iter_mut().take(VIEWS[0].sensed.len());
-        read.iter_mut().zip(own).for_each(|(value, sensor)| *value = sensor.read(*value));
-        read
+        readings.iter_mut().zip(own).for_each(|(value, sensor)| *value = sensor.read(*value));
+        readings
     }
 
-    /// The sensor readings, at the next tick, of the signals of each of [`VIEWS`]; a signal that several have has one
-    /// sensor.
+    /// Returns the sensor readings at the next tick for the signals of each of [`VIEWS`]; a signal of several views has
+    /// one sensor.
     pub(crate) fn read_all(&mut self, measured: &[Each<f64>; VIEWS.len()]) -> [Each<f64>; VIEWS.len()] {
-        let mut read = *measured;
+        let mut readings = *measured;
         for (index, sensor) in self.sensors.iter_mut().enumerate() {
             let mut value = None;
             let own = self.indices.iter().filter(|(of, ..)| *of == index);
             for (_, view, signal) in own {
-                let one = &mut read[*view][*signal];
+                let one = &mut readings[*view][*signal];
                 *one = *value.get_or_insert_with(|| sensor.read(*one));
             }
         }
-        read
+        readings
     }
 
-    /// The waves and the layers of the current.
+    /// Returns the waves and the layers of the current.
     pub(crate) fn surroundings(&self) -> &Surroundings {
         &self.water
     }
 }
 
-/// The signals that have a sensor: those of each of [`VIEWS`] that no view before it has.
+/// Returns the signals that have a sensor: those of all [`VIEWS`], without duplicates.
 pub fn sensed() -> impl Iterator<Item = &'static Signal> {
     VIEWS.iter().enumerate().flat_map(|(index, view)| {
         let before = &VIEWS[..index];
@@ -200,17 +200,17 @@ pub fn sensed() -> impl Iterator<Item = &'static Signal> {
     })
 }
 
-/// The sensor of each signal of each view: the index of the sensor, of the view, and of the signal in it.
+/// Returns the sensor of each signal of each view: the indices of the sensor, the view, and the signal in it.
 fn indices() -> Vec<(usize, usize, usize)> {
     let of = |(sensor, signal): (usize, &'static Signal)| {
-        let place =
+        let indices =
             move |(index, view): (usize, &&View)| Some((sensor, index, view.interface.index(signal.name)?));
-        VIEWS.iter().enumerate().filter_map(place).collect::<Vec<_>>()
+        VIEWS.iter().enumerate().filter_map(indices).collect::<Vec<_>>()
     };
     sensed().enumerate().flat_map(of).collect()
 }
 
-/// No errors in any sensor.
-pub(crate) fn perfect() -> Vec<SensorErrors> {
+/// Returns sensors without errors.
+pub(crate) fn perfect_sensors() -> Vec<SensorErrors> {
     sensed().map(|_| SensorErrors::NONE).collect()
 }

@@ -1,6 +1,6 @@
 //! Reads a sea file (TOML); `vehicles/sea.toml` explains every key.
 
-use crate::sea::{Sea, WaveParameters, perfect, sensed};
+use crate::sea::{Sea, WaveParameters, perfect_sensors, sensed};
 use squid_auv::Bottom;
 use squid_auv::number;
 use squid_auv::toml_file::{Document, FileError, Table};
@@ -8,14 +8,14 @@ use squid_sea::{Layers, SeaError, SensorErrors, Spectrum, Wandering, Waves};
 
 const SPECTRA: [&str; 2] = ["jonswap", "pierson-moskowitz"];
 
-/// The allowed depths.
+/// Allowed depths, for messages.
 const DEPTH: &str = "0 or above (m)";
 
 impl Sea {
     /// Reads and checks the text of a sea file; `file` is its name in messages.
     ///
     /// # Errors
-    /// [`FileError`]: every mistake with file, line, key, value and what is allowed.
+    /// [`FileError`]: every mistake with file, line, key, value and the allowed values.
     pub fn parse(text: &str, file: &str) -> Result<Self, FileError> {
         let document = Document::parse(text, file)?;
         let read = sea(&document.root());
@@ -35,17 +35,17 @@ fn sea(root: &Table<'_>) -> Option<Sea> {
     let (layers, vertical) = current?;
     Some(Sea {
         seed: seed? as u64,
-        depth: unless_faulty(depth)?,
-        waves: unless_faulty(waves)?,
+        depth: absent_or_valid(depth)?,
+        waves: absent_or_valid(waves)?,
         layers,
         vertical,
-        gauss_markov: unless_faulty(gauss_markov)?,
+        gauss_markov: absent_or_valid(gauss_markov)?,
         sensors: sensors?,
         bottom: bottom?,
     })
 }
 
-/// The bottom: its depth at the start, and its slopes.
+/// Reads the bottom: its depth at the start, and its slopes.
 fn bottom(table: &Table<'_>) -> Option<Bottom> {
     table.allow_only(&["depth", "slope_north", "slope_east"]);
     let depth = required(table, "depth", "depth of the bottom where flights start (m)");
@@ -56,15 +56,15 @@ fn bottom(table: &Table<'_>) -> Option<Bottom> {
 
 const SLOPES: &str = "a number from -1 to 1, how much deeper the bottom is for each metre";
 
-/// An optional value, absent or read; `None` if it is present and faulty.
-fn unless_faulty<T>(found: Option<Option<T>>) -> Option<Option<T>> {
+/// Returns an optional value, absent or valid; `None` if it is present but invalid.
+fn absent_or_valid<T>(found: Option<Option<T>>) -> Option<Option<T>> {
     match found {
         None => Some(None),
         Some(read) => read.map(Some),
     }
 }
 
-/// A velocity of the water; 0 by default.
+/// Reads a velocity of the water; 0 by default.
 fn velocity(table: &Table<'_>, key: &str) -> Option<f64> {
     table.or(key, 0.0, |table, key| table.number(key, is_current, CURRENTS))
 }
@@ -73,10 +73,10 @@ fn required(table: &Table<'_>, key: &str, meaning: &str) -> Option<f64> {
     table.requires(key, meaning).then(|| table.float(key, &format!("a number: {meaning}"))).flatten()
 }
 
-/// Records an impossible value of a sea at its key.
-fn at_its_key<T>(table: &Table<'_>, made: Result<T, SeaError>) -> Option<T> {
-    match made {
-        Ok(made) => return Some(made),
+/// Reports an invalid value of a sea at its key.
+fn report_at_key<T>(table: &Table<'_>, result: Result<T, SeaError>) -> Option<T> {
+    match result {
+        Ok(result) => return Some(result),
         Err(SeaError::NotAllowed { key, found, allowed }) => table.not_allowed(key, number(found), allowed),
         Err(SeaError::TooSteep { height, period, limit, least_period, .. }) => table.not_allowed(
             "period",
@@ -96,7 +96,7 @@ impl WaveParameters {
     pub fn of(table: &Table<'_>, others: &[&str]) -> Option<Self> {
         let own = ["spectrum", "height", "period", "gamma", "heading"];
         table.allow_only(&[&own, others].concat());
-        let peaked = table.one_of("spectrum", &SPECTRA).map(|place| place == 0);
+        let peaked = table.one_of("spectrum", &SPECTRA).map(|index| index == 0);
         let height = required(table, "height", "significant height Hs (m)");
         let period = required(table, "period", "peak period Tp (s)");
         let heading = required(table, "heading", "direction of the waves (deg), 180 for a head sea");
@@ -116,14 +116,14 @@ impl WaveParameters {
         });
         let (height, period, gamma) = (height?, period?, gamma?);
         let (heading, components) = (heading?, components?);
-        let spectrum = at_its_key(table, Spectrum::jonswap(height, period, gamma))?;
+        let spectrum = report_at_key(table, Spectrum::jonswap(height, period, gamma))?;
         let heading = heading.to_radians();
-        at_its_key(table, Waves::new(&spectrum, heading, components, 0))?;
+        report_at_key(table, Waves::new(&spectrum, heading, components, 0))?;
         Some(Self { spectrum, heading, components })
     }
 }
 
-/// The current over depth, and the vertical one; zero without the table.
+/// Reads the current over depth and the vertical current; zero without the table.
 fn current(table: Option<&Table<'_>>) -> Option<(Layers, f64)> {
     let Some(table) = table else { return Some((Layers::new(&[[0.0, 0.0]]).ok()?, 0.0)) };
     table.allow_only(&["horizontal", "layers", "vertical"]);
@@ -137,14 +137,18 @@ fn current(table: Option<&Table<'_>>) -> Option<(Layers, f64)> {
         velocity(table, "horizontal").map(|velocity| vec![[0.0, velocity]])
     };
     let (layers, vertical) = (layers?, vertical?);
-    if let Some([_, fast]) = layers.iter().find(|[_, velocity]| !is_current(*velocity)) {
-        table.not_allowed("layers", format!("{fast} m/s at one depth"), format!("at each depth {CURRENTS}"));
+    if let Some([_, velocity]) = layers.iter().find(|[_, velocity]| !is_current(*velocity)) {
+        table.not_allowed(
+            "layers",
+            format!("{velocity} m/s at one depth"),
+            format!("at each depth {CURRENTS}"),
+        );
         return None;
     }
-    Some((at_its_key(table, Layers::new(&layers))?, vertical))
+    Some((report_at_key(table, Layers::new(&layers))?, vertical))
 }
 
-/// Whether a velocity of the water is plausible: the fastest tidal streams do not reach 11 m/s.
+/// Returns `true` if a velocity of the water is plausible: the fastest tidal streams stay below 11 m/s.
 fn is_current(velocity: f64) -> bool {
     velocity.abs() <= 12.0
 }
@@ -157,50 +161,50 @@ fn gauss_markov(table: &Table<'_>) -> Option<Wandering> {
     let noise = required(table, "noise", "density of the driving noise (m/s per sqrt(s))");
     let min = required(table, "min", "lower bound of its part of the current (m/s)");
     let max = required(table, "max", "upper bound of its part of the current (m/s)");
-    let numbers = Wandering { mu: mu?, noise: noise?, min: min?, max: max? };
-    at_its_key(table, numbers.check())?;
-    Some(numbers)
+    let parameters = Wandering { mu: mu?, noise: noise?, min: min?, max: max? };
+    report_at_key(table, parameters.check())?;
+    Some(parameters)
 }
 
-/// The errors of each sensor; zero without a table.
+/// Reads the errors of each sensor; zero without a table.
 fn sensors(tables: &[Table<'_>]) -> Option<Vec<SensorErrors>> {
-    let (mut all, mut sound, mut taken) = (perfect(), true, Vec::new());
+    let (mut all, mut valid, mut seen) = (perfect_sensors(), true, Vec::new());
     for table in tables {
         table.allow_only(&["signal", "unit", "noise", "bias", "quantum", "rate", "delay"]);
         match sensor(table) {
-            Some((index, _)) if taken.contains(&index) => {
+            Some((index, _)) if seen.contains(&index) => {
                 table.not_allowed("signal", "there already", "another one: each signal has one sensor");
             }
             Some((index, errors)) => {
-                taken.push(index);
+                seen.push(index);
                 all[index] = errors;
             }
-            None => sound = false,
+            None => valid = false,
         }
     }
-    sound.then_some(all)
+    valid.then_some(all)
 }
 
-/// Larger errors of a sensor, in SI of any signal, are taken for a mistake.
+/// Limit of sensor errors, in SI for any signal; larger ones are treated as a mistake.
 const LARGEST_ERROR: f64 = 10.0;
 
-/// The least rate of a sensor \[Hz\].
+/// Lowest sampling rate of a sensor \[Hz\].
 const SLOWEST: f64 = 1e-3;
 
-/// The index of a signal, and the errors of its sensor in SI.
+/// Reads the index of a signal, and the errors of its sensor in SI.
 fn sensor(table: &Table<'_>) -> Option<(usize, SensorErrors)> {
     let signals: Vec<_> = sensed().collect();
     let names: Vec<&str> = signals.iter().map(|signal| signal.name).collect();
-    let place = table.one_of("signal", &names);
+    let index = table.one_of("signal", &names);
     let number = |key: &str, default: f64| table.or(key, default, |table, key| table.float(key, "a number"));
     let [noise, bias, quantum, delay] = ["noise", "bias", "quantum", "delay"].map(|key| number(key, 0.0));
     let rate = number("rate", f64::INFINITY);
-    let signal = signals[place?];
+    let signal = signals[index?];
     let names: Vec<&str> = signal.units.iter().map(|unit| unit.name).collect();
     let unit = signal.units[table.one_of("unit", &names)?];
     let factor = unit.factor;
     let errors = SensorErrors { noise: noise?, bias: bias?, quantum: quantum?, rate: rate?, delay: delay? };
-    at_its_key(table, errors.check())?;
+    report_at_key(table, errors.check())?;
     let SensorErrors { noise, bias, quantum, .. } = errors;
     for (key, found) in [("noise", noise), ("bias", bias), ("quantum", quantum)] {
         if found.abs() * factor > LARGEST_ERROR {
@@ -218,5 +222,5 @@ fn sensor(table: &Table<'_>) -> Option<(usize, SensorErrors)> {
         return None;
     }
     let si = SensorErrors { noise: noise * factor, bias: bias * factor, quantum: quantum * factor, ..errors };
-    Some((place?, si))
+    Some((index?, si))
 }

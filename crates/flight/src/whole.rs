@@ -1,4 +1,4 @@
-//! Closed-loop simulation in six degrees of freedom: one autopilot for each axis.
+//! Closed-loop simulation in six degrees of freedom: one autopilot per axis.
 
 use crate::error::Error;
 use crate::flight::{Flight, Row, SeaRow, Signals, Variations, used};
@@ -8,29 +8,29 @@ use squid_auv::longitudinal::SPEED;
 use squid_auv::{Each, EachTracked, LONGITUDINAL, Pitch, Plant, Speed, State, VIEWS, Vehicle, trim_with};
 use squid_scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs};
 
-/// A flight from trim to the end of its manoeuvre, or to the surface.
+/// Flight in six degrees of freedom, from trim to the end of its manoeuvre, or to the surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WholeFlight {
-    /// Position and motion at each tick, all in the water; the heading counts on.
+    /// Position and motion at each tick, all below the surface; the heading is not wrapped.
     pub states: Vec<State>,
-    /// The flight as each axis has it, in the order of the designs: its signals, and its actuators' commands.
+    /// Flight of each axis, in the order of the designs: its signals, and the commands of its actuators.
     pub axes: Vec<Flight>,
-    /// The output of each actuator in the trim at the start, where those stay that no axis commands.
+    /// Output of each actuator in the initial trim, kept by actuators that no axis commands.
     pub held: Vec<f64>,
 }
 
 impl WholeFlight {
-    /// When the vehicle left the water, if it did.
+    /// Returns the surfacing of the vehicle, if it left the water.
     pub fn surfacing(&self) -> Option<Surfacing> {
         self.axes.first().and_then(|flight| flight.surfacing)
     }
 }
 
-/// The autopilot of an axis, and where its actuators are among those of the vehicle.
+/// Autopilot of an axis, and the indices of its actuators.
 struct Axis {
     autopilot: Autopilot,
     inputs: Inputs,
-    /// Its place among [`VIEWS`].
+    /// Index in [`VIEWS`].
     view: usize,
     actuators: Vec<usize>,
     flight: Flight,
@@ -38,9 +38,9 @@ struct Axis {
 
 impl Axis {
     fn new(vehicle: &Vehicle, design: &ControllerDesign, ticks: usize) -> Result<Self, Error> {
-        let place = |name: &String| vehicle.actuators.iter().position(|one| one.name == *name);
-        let known = |one: &squid_scheduled::Actuator| {
-            place(&one.name).ok_or_else(|| Error::NoSuchActuator { name: one.name.clone() })
+        let index = |name: &String| vehicle.actuators.iter().position(|one| one.name == *name);
+        let index_of = |one: &squid_scheduled::Actuator| {
+            index(&one.name).ok_or_else(|| Error::NoSuchActuator { name: one.name.clone() })
         };
         let names = || design.signals.iter().map(|port| port.name.as_str());
         let unknown = || Error::NoSuchView { signals: names().collect::<Vec<_>>().join(", ") };
@@ -51,12 +51,12 @@ impl Axis {
                 references: vec![0.0; design.references().count()],
             },
             view: VIEWS.iter().position(|view| view.has_signals(names())).ok_or_else(unknown)?,
-            actuators: design.actuators.iter().map(known).collect::<Result<_, _>>()?,
+            actuators: design.actuators.iter().map(index_of).collect::<Result<_, _>>()?,
             flight: Flight { rows: Vec::with_capacity(ticks), surfacing: None, sea: Vec::new() },
         })
     }
 
-    /// The references of a manoeuvre above a start.
+    /// Returns the references of a manoeuvre relative to a start.
     fn references(&self, start: &State, manoeuvre: &Manoeuvre, time: f64) -> EachTracked<f64> {
         let (view, trims) = (VIEWS[self.view], self.autopilot.trim());
         let forward = trims.forward_speed(manoeuvre.speed_reference(time));
@@ -69,10 +69,15 @@ impl Axis {
         all
     }
 
-    /// Runs a tick on what the sensors of the vehicle read.
-    fn tick(&mut self, read: &Each<f64>, signals: Signals, (time, depth): (f64, f64)) -> Result<(), Error> {
+    /// Runs a tick with the sensor readings.
+    fn tick(
+        &mut self,
+        readings: &Each<f64>,
+        signals: Signals,
+        (time, depth): (f64, f64),
+    ) -> Result<(), Error> {
         let Self { autopilot, inputs, flight, .. } = self;
-        inputs.measured.iter_mut().zip(read).for_each(|(to, from)| *to = *from);
+        inputs.measured.iter_mut().zip(readings).for_each(|(to, from)| *to = *from);
         inputs.references.iter_mut().zip(signals.references).for_each(|(to, from)| *to = from);
         if flight.rows.is_empty() {
             autopilot.initialise(0.0, inputs)?;
@@ -85,11 +90,11 @@ impl Axis {
     }
 }
 
-/// Simulates a vehicle in six degrees of freedom under the autopilots of its axes, from level trim through the water at
-/// a depth \[m\], that of the sea if it has one, with a rule for its pitch; what varies is as for an axis alone, with a
-/// gain for each actuator of the vehicle, and deviations from trim of surge, heave and pitch. The vehicle faces north
-/// at the start. The steps of the manoeuvre are those of all axes, and begin at the same time. The flight ends at the
-/// surface, since the equations of motion hold in deep water only.
+/// Simulates a vehicle in six degrees of freedom under the autopilots of its axes, from level trim through the water
+/// with a pitch rule, at a depth \[m\] or that of the sea file. The variations are those of a single axis, with a gain
+/// for each actuator of the vehicle, and longitudinal deviations from trim. The vehicle initially faces north. The
+/// steps of the manoeuvre in all axes begin at the same time. The flight ends at the surface, since the equations of
+/// motion hold in deep water only.
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Simulation`], [`Error::Manoeuvre`]; those of the autopilots and of the sea;
@@ -122,34 +127,34 @@ pub fn fly_whole(
         plant = plant.with_water(sea.water());
     }
     let actuators = vehicle.outputs_of_plane(&plane, &level.actuators);
-    let first = disturbance.map(|spell| spell.at(0.0)).unwrap_or_default();
-    plant.set_current(first.current)?;
+    let initial = disturbance.map(|spell| spell.at(0.0)).unwrap_or_default();
+    plant.set_current(initial.current)?;
     plant.start(0.0, &squid_auv::Trim { actuators: actuators.clone(), ..level })?;
     let start = plant.state();
     plant.set_state(&LONGITUDINAL.displaced(start, off_trim));
     let mut states = Vec::with_capacity(ticks);
-    let outside = |time: f64, plant: &mut Plant| {
-        let now = disturbance.map(|spell| spell.at(time)).unwrap_or_default();
-        plant.set_load(now.load)?;
+    let environment = |time: f64, plant: &mut Plant| {
+        let present = disturbance.map(|spell| spell.at(time)).unwrap_or_default();
+        plant.set_load(present.load)?;
         if let Some(trims) = &trims {
             plant.set_given_speed(trims.forward_speed(manoeuvre.speed_reference(time)))?;
         }
-        Ok((now.current, ()))
+        Ok((present.current, ()))
     };
     let tick = |Tick { time, state, plant, conditions }: Tick<'_>, ()| {
         let measured = VIEWS.map(|view| view.measured(&state));
-        let mut read = measured;
+        let mut readings = measured;
         if let Some(sea) = conditions {
-            read = sea.read_all(&measured);
+            readings = sea.read_all(&measured);
             let elevation = sea.surroundings().elevation(time, [state.x, state.east]);
             for axis in &mut axes {
-                axis.flight.sea.push(SeaRow { elevation, water: plant.flow(), read: read[axis.view] });
+                axis.flight.sea.push(SeaRow { elevation, water: plant.flow(), read: readings[axis.view] });
             }
         }
         for axis in &mut axes {
             let references = axis.references(&start, manoeuvre, time);
             let signals = Signals { measured: measured[axis.view], references };
-            axis.tick(&read[axis.view], signals, (time, state.depth))?;
+            axis.tick(&readings[axis.view], signals, (time, state.depth))?;
             let Some(Row { commands, .. }) = axis.flight.rows.last_mut() else { continue };
             for (index, command) in axis.actuators.iter().zip(commands) {
                 let (actuator, gain) = (&vehicle.actuators[*index], gains.get(*index).copied());
@@ -162,7 +167,7 @@ pub fn fly_whole(
         states.push(state);
         Ok(())
     };
-    let surfacing = Ticks { plant, conditions, sample_time, duration }.fly(outside, tick)?;
+    let surfacing = Ticks { plant, conditions, sample_time, duration }.fly(environment, tick)?;
     let mut axes: Vec<Flight> = axes.into_iter().map(|axis| axis.flight).collect();
     axes.iter_mut().for_each(|flight| flight.surfacing = surfacing);
     if states.is_empty() {

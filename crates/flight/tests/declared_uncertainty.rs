@@ -1,5 +1,5 @@
-//! The default designs on nonlinear vehicles throughout their declared uncertainty: sampled, with lags, limits and the
-//! trim of the nominal vehicle.
+//! Default designs on nonlinear vehicles over their declared uncertainty: sampled, with lags, limits and the trim table
+//! of the nominal vehicle.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use nalgebra::DMatrix;
@@ -17,16 +17,16 @@ use squid_flight::metrics::StepFigures;
 use squid_scheduled::{ControllerDesign, Manoeuvre};
 use std::path::Path;
 
-/// Time of the step (s), when the transient from the nominal vehicle's trim has settled.
+/// Time of the step (s), after the transient from the nominal trim has settled.
 const STEP_TIME: f64 = 20.0;
 
-/// The worst metrics over many flights.
+/// Worst metrics over many flights.
 #[derive(Debug, Default)]
 struct Worst {
     flights: usize,
-    /// Vehicles whose actuators cannot hold the trim or the pitch reference at the speed.
+    /// Number of vehicles whose actuators cannot hold the trim or the pitch reference at the speed.
     too_weak: usize,
-    /// Flights with a final error above a tenth of the step.
+    /// Number of flights with a final error above a tenth of the step.
     lost: usize,
     overshoot: f64,
     rise_time: f64,
@@ -34,7 +34,7 @@ struct Worst {
     steady_error: f64,
 }
 
-/// Numbers in [0, 1): xorshift64, G. Marsaglia, J. Statistical Software 8(14), 2003.
+/// Returns a random number in [0, 1): xorshift64, G. Marsaglia, J. Statistical Software 8(14), 2003.
 fn random(seed: &mut u64) -> f64 {
     *seed ^= *seed << 13;
     *seed ^= *seed >> 7;
@@ -92,9 +92,9 @@ fn fly_over_the_box(
                 continue;
             }
             let variations = Variations { gains: &gains, ..Variations::default() };
-            let flown = fly_varied(&changed, design, file.level(), &manoeuvre, &variations);
+            let result = fly_varied(&changed, design, file.level(), &manoeuvre, &variations);
             worst.flights += 1;
-            let Some(flight) = flown.ok().filter(|flight| flight.surfacing.is_none()) else {
+            let Some(flight) = result.ok().filter(|flight| flight.surfacing.is_none()) else {
                 worst.lost += 1;
                 continue;
             };
@@ -112,19 +112,19 @@ fn fly_over_the_box(
     worst
 }
 
-/// Whether the actuators, with their gains, can hold the trim and then a pitch step: to first order at the same
-/// forward speed, from `0 = A [0 w 0 step] + B outputs` with the least outputs in units of reach.
+/// Returns `true` if the actuators, with their gains, can hold the trim and then a pitch step: to first order at the
+/// same forward speed, from `0 = A [0 w 0 step] + B outputs` with the least outputs relative to their reach.
 fn is_strong_enough(vehicle: &Vehicle, trim: &Trim, gains: &[f64], step: f64) -> bool {
     let l = linearise(vehicle, trim).unwrap();
     let reach: Vec<f64> = vehicle.actuators.iter().map(Actuator::reach).collect();
     let mut m = DMatrix::zeros(3, 1 + reach.len());
-    // Heave costs nothing.
+    // Heave has no cost.
     m.column_mut(0).copy_from(&(l.a.view((0, 1), (3, 1)) * 1e6));
     for (j, reach) in reach.iter().enumerate() {
         m.column_mut(1 + j).copy_from(&(l.b.view((0, j), (3, 1)) * *reach));
     }
-    let wanted = l.a.view((0, 3), (3, 1)) * -step;
-    let found = m.svd(true, true).solve(&wanted, 1e-12).unwrap();
+    let right_side = l.a.view((0, 3), (3, 1)) * -step;
+    let found = m.svd(true, true).solve(&right_side, 1e-12).unwrap();
     let holds = |j: usize, output: f64| {
         let a = &vehicle.actuators[j];
         (a.min * gains[j]..=a.max * gains[j]).contains(&output)
@@ -135,8 +135,8 @@ fn is_strong_enough(vehicle: &Vehicle, trim: &Trim, gains: &[f64], step: f64) ->
     })
 }
 
-/// The default design of a vehicle: the committed one for Squid, a new one for another vehicle.
-fn designed(name: &str) -> (Inputs, ControllerDesign) {
+/// Returns the default design of a vehicle: the committed one for Squid, a new one for another vehicle.
+fn default_design(name: &str) -> (Inputs, ControllerDesign) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles").join(name);
     let inputs = Inputs::read(&folder, if name == "squid" { "design" } else { "pitch" }).unwrap();
     let frozen = folder.join("frozen");
@@ -149,9 +149,9 @@ fn designed(name: &str) -> (Inputs, ControllerDesign) {
 }
 
 #[test]
-fn no_vehicle_of_the_box_is_lost() {
+fn keeps_every_vehicle_of_the_box() {
     for (name, speeds, overshoot) in [("squid", [0.6, 2.9], 0.05), ("remus100", [1.5, 2.1], 0.15)] {
-        let (inputs, design) = designed(name);
+        let (inputs, design) = default_design(name);
         let worst = fly_over_the_box(&inputs, &design, &speeds, 29, 6);
         println!("{name}: {worst:?}");
         assert_eq!(worst.lost, 0, "{name}: {worst:?}");
@@ -162,9 +162,9 @@ fn no_vehicle_of_the_box_is_lost() {
 /// Prints the figures in docs/benchmarks.md: `cargo test --release -p squid-flight -- --ignored --nocapture`.
 #[test]
 #[ignore = "night: two thousand flights"]
-fn five_hundred_points_at_four_speeds() {
+fn keeps_five_hundred_vehicles_at_four_speeds() {
     for (name, speeds) in [("squid", [0.6, 1.0, 2.0, 2.9]), ("remus100", [1.5, 1.7, 1.9, 2.1])] {
-        let (inputs, design) = designed(name);
+        let (inputs, design) = default_design(name);
         println!("{name}: {:?}", fly_over_the_box(&inputs, &design, &speeds, 29, 500));
     }
 }

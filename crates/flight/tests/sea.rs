@@ -14,7 +14,7 @@ fn vehicles() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles")
 }
 
-/// Squid's inputs and design, and a manoeuvre of 30 s at 1.5 m/s with a pitch step.
+/// Inputs and design of Squid, and a manoeuvre of 30 s at 1.5 m/s with a pitch step.
 struct Squid {
     inputs: Inputs,
     design: ControllerDesign,
@@ -51,7 +51,7 @@ fn rms(rows: &[Row], of: impl Fn(&Row) -> f64) -> f64 {
 }
 
 #[test]
-fn an_empty_sea_file_is_still_water() {
+fn empty_sea_file_is_still_water() {
     let squid = Squid::new();
     let flight = squid.at_sea("seed = 1").unwrap();
     assert_eq!(flight.rows, squid.calm());
@@ -59,24 +59,24 @@ fn an_empty_sea_file_is_still_water() {
     assert!(flight.sea.iter().zip(&flight.rows).all(|(sea, row)| sea.read == row.signals.measured));
 }
 
-/// The FMU of a vehicle has waves with the default number of components and a steady current only.
+/// The FMU of a vehicle has only waves with the default number of components and a steady current.
 #[test]
-fn features_beyond_a_steady_sea_are_named() {
-    let words = |text: &str| Sea::parse(text, "sea.toml").unwrap().beyond_steady();
+fn names_features_beyond_a_steady_sea() {
+    let feature = |text: &str| Sea::parse(text, "sea.toml").unwrap().beyond_steady();
     let steady = format!("seed = 1\ndepth = 3.0\n{WAVES}[current]\nhorizontal = 0.2\nvertical = 0.1\n");
-    assert_eq!(words(&steady), None);
+    assert_eq!(feature(&steady), None);
     for (part, expected) in [
         ("[current]\nlayers = [[0.0, 0.4], [15.0, 0.1]]\n", "a current in layers"),
         ("[gauss_markov]\nmu = 0.1\nnoise = 0.02\nmin = -0.2\nmax = 0.2\n", "a Gauss-Markov current"),
         ("[[sensor]]\nsignal = \"heave\"\nunit = \"m/s\"\ndelay = 0.1\n", "errors of the sensor of heave"),
         (&format!("{WAVES}components = 50\n"), "waves of 50 components, only of 100"),
     ] {
-        assert_eq!(words(&format!("seed = 1\n{part}")).as_deref(), Some(expected));
+        assert_eq!(feature(&format!("seed = 1\n{part}")).as_deref(), Some(expected));
     }
 }
 
 #[test]
-fn the_seed_decides() {
+fn seed_reproduces_the_flight() {
     let squid = Squid::new();
     let sensor = "[[sensor]]\nsignal = \"pitch\"\nunit = \"deg\"\nnoise = 0.1\n";
     let current = "[gauss_markov]\nmu = 0.1\nnoise = 0.02\nmin = -0.2\nmax = 0.2\n";
@@ -87,12 +87,12 @@ fn the_seed_decides() {
     }
 }
 
-/// Waves disturb pitch near the surface, and hardly at 50 m.
+/// Waves disturb pitch near the surface, and barely at 50 m.
 #[test]
 fn waves_fade_with_depth() {
     let squid = Squid::new();
     let calm = squid.calm();
-    let off = |depth: f64| {
+    let deviation = |depth: f64| {
         let flight = squid.at_sea(&format!("seed = 1\ndepth = {depth:?}\n{WAVES}")).unwrap();
         let differences = flight
             .rows
@@ -101,46 +101,46 @@ fn waves_fade_with_depth() {
             .map(|(sea, calm)| Row { depth: sea.measured(PITCH) - calm.measured(PITCH), ..sea.clone() });
         rms(&differences.collect::<Vec<_>>(), |row| row.depth).to_degrees()
     };
-    let [near, below, deep] = [6.0, 20.0, 50.0].map(off);
+    let [near, below, deep] = [6.0, 20.0, 50.0].map(deviation);
     assert!(near > 0.05 && near < 5.0, "{near}");
     assert!(below < 0.5 * near && deep < 0.05 * near, "{below}, {deep}");
 }
 
 /// A uniform current carries water and vehicle alike: the motion through the water is that in still water.
 #[test]
-fn a_steady_current_does_not_disturb() {
+fn steady_current_does_not_disturb() {
     let squid = Squid::new();
     let flight = squid.at_sea("seed = 1\n[current]\nhorizontal = 0.4").unwrap();
     for (found, calm) in flight.rows.iter().zip(squid.calm()) {
-        for place in [PITCH, SPEED] {
-            assert!((found.measured(place) - calm.measured(place)).abs() < 1e-9);
+        for index in [PITCH, SPEED] {
+            assert!((found.measured(index) - calm.measured(index)).abs() < 1e-9);
         }
         assert!((found.depth - calm.depth).abs() < 1e-9);
     }
     assert!(flight.sea.iter().all(|row| row.water.horizontal == 0.4 && row.water.vertical == 0.0));
 }
 
-/// A vehicle that climbs into a faster layer at first loses speed through the water by the difference.
+/// A vehicle that climbs into a faster layer initially loses that much speed through the water.
 #[test]
 fn layers_act_at_their_depth() {
     let squid = Squid::new();
     let layers = "layers = [[0.0, 0.5], [48.0, 0.5], [49.0, 0.0]]";
     let flight = squid.at_sea(&format!("seed = 1\n[current]\n{layers}")).unwrap();
     let calm = squid.calm();
-    let off = |row: &Row, calm: &Row| (row.measured(SPEED) - calm.measured(SPEED)).abs();
+    let deviation = |row: &Row, calm: &Row| (row.measured(SPEED) - calm.measured(SPEED)).abs();
     let (mut deep, mut within) = (0.0f64, 0.0f64);
     for ((row, calm), sea) in flight.rows.iter().zip(&calm).zip(&flight.sea) {
         let expected = 0.5 * (49.0 - row.depth).clamp(0.0, 1.0);
         assert!((sea.water.horizontal - expected).abs() < 1e-12);
         *(if row.depth > 49.0 { &mut deep } else { &mut within }) =
-            (if row.depth > 49.0 { deep } else { within }).max(off(row, calm));
+            (if row.depth > 49.0 { deep } else { within }).max(deviation(row, calm));
     }
     assert!(deep < 1e-9 && within > 0.01, "{deep}, {within}");
 }
 
-/// The controller gets the sensor reading: a pitch bias appears in the true pitch with the opposite sign.
+/// The controller uses the sensor reading: a pitch bias appears in the true pitch with the opposite sign.
 #[test]
-fn the_autopilot_gets_sensor_readings() {
+fn autopilot_uses_sensor_readings() {
     let squid = Squid::new();
     let flight = squid
         .at_sea("seed = 1\n[[sensor]]\nsignal = \"pitch\"\nunit = \"deg\"\nbias = 0.5\nquantum = 0.01\nrate = 10.0")
@@ -153,9 +153,9 @@ fn the_autopilot_gets_sensor_readings() {
     assert!(changes.count() <= 300);
 }
 
-/// Pitching up 10 degrees at 1.5 m/s from 4 m: the vehicle surfaces before the end, the hull before its middle.
+/// Pitching up 10 degrees at 1.5 m/s from 4 m, the flight ends early, when the hull breaks the surface.
 #[test]
-fn the_flight_ends_when_the_hull_breaks_the_surface() {
+fn flight_ends_when_the_hull_breaks_the_surface() {
     let squid = Squid::new();
     let flight = squid.at_sea(&format!("seed = 2\ndepth = 4.0\n{WAVES}")).unwrap();
     let surfacing = flight.surfacing.unwrap();
@@ -170,12 +170,12 @@ fn the_flight_ends_when_the_hull_breaks_the_surface() {
 }
 
 #[test]
-fn waves_need_the_size_of_the_hull() {
+fn waves_require_geometry() {
     let mut squid = Squid::new();
     squid.inputs.vehicle.geometry = None;
     assert!(squid.at_sea("seed = 1\n[current]\nhorizontal = 0.2").is_ok());
-    let words = squid.at_sea(&format!("seed = 1\n{WAVES}")).unwrap_err().to_string();
-    assert!(words.contains("has no [geometry]") && !words.contains('\n'), "{words}");
+    let text = squid.at_sea(&format!("seed = 1\n{WAVES}")).unwrap_err().to_string();
+    assert!(text.contains("has no [geometry]") && !text.contains('\n'), "{text}");
 }
 
 /// A neutrally buoyant vehicle moves with long waves: its vertical speed through the water stays far below that of the
@@ -200,7 +200,7 @@ fn long_waves_carry_the_vehicle() {
 
 /// The example file is read, and every mistake is reported with its line.
 #[test]
-fn a_sea_is_read_from_its_file() {
+fn reads_a_sea_file() {
     let text = std::fs::read_to_string(vehicles().join("sea.toml")).unwrap();
     let text: String =
         text.lines().filter(|line| !line.starts_with('#')).map(|line| line.to_owned() + "\n").collect();

@@ -1,12 +1,12 @@
-//! Errors of the parameters of a sea.
+//! Errors in the parameters of a sea.
 
 use thiserror::Error;
 
-/// A wrong parameter of a sea, by its name.
+/// Invalid parameter of a sea, with its name.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum SeaError {
-    /// A number out of its range.
+    /// A number outside its range.
     #[error("{key} is {found}; it must be {allowed}")]
     NotAllowed { key: &'static str, found: f64, allowed: &'static str },
     /// Waves that would break.

@@ -1,22 +1,22 @@
 //! The sea around an underwater vehicle: waves and their loads on a submerged hull, currents, and sensor errors.
 //!
 //! ```text
-//! Spectrum -> Waves -> Spheroid::in_waves: the water's motion, and the load on the hull
+//! Spectrum -> Waves -> Spheroid::in_waves: motion of the water, and wave load on the hull
 //! ```
 //!
 //! - [`Spectrum`]: JONSWAP or Pierson-Moskowitz;
-//! - [`Waves`]: a long-crested sea of that spectrum, the same for the same seed; elevation and orbital motion by linear
-//!   theory in deep water;
-//! - [`Spheroid`]: a prolate spheroid under waves: Froude-Krylov load, exact, and diffraction by its added mass;
-//! - [`ShapingFilter`]: that spectrum as encountered by a vehicle, as noise through a filter of two states;
-//! - [`Layers`] of a current over depth, and [`GaussMarkov`], a random part of it;
+//! - [`Waves`]: a realisation of a long-crested sea of that spectrum, reproducible by its seed; elevation and orbital
+//!   motion from linear theory in deep water;
+//! - [`Spheroid`]: wave loads on a prolate spheroid: Froude-Krylov load, exact, and diffraction from its added mass;
+//! - [`ShapingFilter`]: that spectrum as encountered by a vehicle, as white noise through a second-order filter;
+//! - [`Layers`] of a current over depth, and [`GaussMarkov`], its random component;
 //! - [`Sensor`]: noise, bias, quantisation, rate and delay of a measured signal.
 //!
-//! All that is random is the same for the same seed; waves, current and each sensor have numbers of their own.
+//! All random numbers are reproducible by the seed; waves, current and each sensor use separate streams.
 //!
-//! Axes: north, east, and depth down from the still water, where in the vertical plane of a vehicle north is the way
-//! that it faces; body axes as SNAME (1950), x forward, y to starboard, z down. Units are SI, angles are radians.
-//! Linear theory ends at the surface: waves of small slope, a hull that is submerged.
+//! Axes: north, east, and depth below the still water level; in the vertical plane of a vehicle, north is along its
+//! heading. Body axes follow SNAME (1950): x forward, y to starboard, z down. Units are SI, angles are in radians.
+//! Linear theory holds for waves of small slope and a fully submerged hull.
 //!
 //! ```
 //! use squid_sea::{Place, Spectrum, Waves};
@@ -44,5 +44,5 @@ pub use spectrum::Spectrum;
 pub use spheroid::{Axes, Spheroid};
 pub use waves::{Component, Place, WaterMotion, Waves, encounter_frequency};
 
-/// The acceleration of gravity \[m/s2\].
+/// Acceleration of gravity \[m/s2\].
 pub const GRAVITY: f64 = 9.81;

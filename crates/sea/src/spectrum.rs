@@ -1,25 +1,26 @@
-//! The spectrum of wind waves.
+//! Spectrum of wind waves.
 
 use crate::GRAVITY;
 use crate::error::{SeaError, check};
 use std::f64::consts::{PI, TAU};
 
-/// Up to the first of these peak periods, and from the second on, the limit of the steepness is constant \[s\].
+/// Peak periods \[s\] between which the steepness limit varies; it is constant outside.
 const STEEPNESS_PERIODS: [f64; 2] = [8.0, 15.0];
-/// The limits there of the mean steepness `2 pi Hs/(g Tp^2)`, linear in between. Source: DNV-RP-C205 (2010), 3.5.4.
+/// Limits of the mean steepness `2 pi Hs/(g Tp^2)` at these periods, linear in between. Source: DNV-RP-C205 (2010),
+/// 3.5.4.
 const STEEPNESS_LIMITS: [f64; 2] = [1.0 / 15.0, 1.0 / 25.0];
 
-/// The width of the peak, below it and above it. Source: Hasselmann et al. (1973).
+/// Width of the peak, below it and above it. Source: Hasselmann et al. (1973).
 const PEAK_WIDTHS: [f64; 2] = [0.07, 0.09];
 
-/// Intervals of Simpson's rule in [`Spectrum::between`].
+/// Number of intervals of Simpson's rule in [`Spectrum::integral`].
 const INTERVALS: usize = 8;
 
-/// The JONSWAP spectrum `S(w) = 5/16 Hs^2 wp^4 w^-5 exp(-5/4 (wp/w)^4) gamma^r (1 - 0.287 ln gamma)` with
-/// `r = exp(-(w - wp)^2/(2 sigma^2 wp^2))`, sigma = 0.07 up to the peak and 0.09 beyond.
+/// JONSWAP spectrum `S(w) = 5/16 Hs^2 wp^4 w^-5 exp(-5/4 (wp/w)^4) gamma^r (1 - 0.287 ln gamma)` with `r = exp(-(w -
+/// wp)^2/(2 sigma^2 wp^2))`, sigma = 0.07 up to the peak and 0.09 above it.
 ///
-/// With gamma = 1 it is that of Pierson and Moskowitz (1964) by height and period. Source: Hasselmann et al. (1973);
-/// DNV-RP-C205 (2010), 3.5.5.
+/// For gamma = 1 it is the Pierson-Moskowitz spectrum (1964) in terms of height and period. Sources: Hasselmann et al.
+/// (1973); DNV-RP-C205 (2010), 3.5.5.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
     height: f64,
@@ -27,14 +28,14 @@ pub struct Spectrum {
     gamma: f64,
 }
 
-/// The longest peak period \[s\].
+/// Longest peak period \[s\].
 const LONGEST: f64 = 30.0;
 
 impl Spectrum {
-    /// A sea of significant height Hs \[m\], peak period Tp \[s\] and peak enhancement gamma.
+    /// Returns the spectrum of significant height Hs \[m\], peak period Tp \[s\] and peak enhancement factor gamma.
     ///
     /// # Errors
-    /// [`SeaError`]: a number out of its range, waves that would break.
+    /// [`SeaError`]: a number outside its range; waves that would break.
     pub fn jonswap(height: f64, period: f64, gamma: f64) -> Result<Self, SeaError> {
         check("height", height, height > 0.0, "above 0 (m)")?;
         check("period", period, (0.5..=LONGEST).contains(&period), "from 0.5 to 30 (s)")?;
@@ -48,27 +49,27 @@ impl Spectrum {
         Ok(Self { height, period, gamma })
     }
 
-    /// The significant height that the longest peak period bears before waves break \[m\].
+    /// Returns the largest significant height before waves of the longest peak period break \[m\].
     pub fn highest() -> f64 {
         steepness_limit(LONGEST) * GRAVITY * LONGEST * LONGEST / TAU
     }
 
-    /// The significant height Hs \[m\].
+    /// Returns the significant height Hs \[m\].
     pub fn height(&self) -> f64 {
         self.height
     }
 
-    /// The peak period Tp \[s\].
+    /// Returns the peak period Tp \[s\].
     pub fn period(&self) -> f64 {
         self.period
     }
 
-    /// The peak enhancement; 1 for a fully developed sea.
+    /// Returns the peak enhancement factor; 1 for a fully developed sea.
     pub fn gamma(&self) -> f64 {
         self.gamma
     }
 
-    /// The frequency of the peak \[rad/s\].
+    /// Returns the peak frequency \[rad/s\].
     pub fn peak(&self) -> f64 {
         TAU / self.period
     }
@@ -78,15 +79,16 @@ impl Spectrum {
         let peak = self.peak();
         let relative = frequency / peak;
         let width = PEAK_WIDTHS[usize::from(relative > 1.0)];
-        let off = (relative - 1.0) / width;
-        let enhanced = self.gamma.powf((-0.5 * off * off).exp()) * (1.0 - 0.287 * self.gamma.ln());
+        let deviation = (relative - 1.0) / width;
+        let enhanced =
+            self.gamma.powf((-0.5 * deviation * deviation).exp()) * (1.0 - 0.287 * self.gamma.ln());
         let shape = relative.powi(-5) * (-1.25 * relative.powi(-4)).exp();
         5.0 / 16.0 * self.height * self.height / peak * shape * enhanced
     }
 
-    /// Returns the integral of S between two frequencies \[m2\], by Simpson's rule: for intervals that are short beside
-    /// the width of the peak.
-    pub(crate) fn between(&self, from: f64, to: f64) -> f64 {
+    /// Returns the integral of S between two frequencies \[m2\] by Simpson's rule; the interval must be short compared
+    /// with the width of the peak.
+    pub(crate) fn integral(&self, from: f64, to: f64) -> f64 {
         let step = (to - from) / INTERVALS as f64;
         let weight = |i: usize| match i {
             0 | INTERVALS => 1.0,
@@ -98,22 +100,23 @@ impl Spectrum {
     }
 }
 
-/// The largest mean steepness of waves of a peak period \[s\].
+/// Returns the limit of the mean steepness for a peak period \[s\].
 fn steepness_limit(period: f64) -> f64 {
     let [short, long] = STEEPNESS_PERIODS;
     let [steep, flat] = STEEPNESS_LIMITS;
-    let part = ((period - short) / (long - short)).clamp(0.0, 1.0);
-    steep + part * (flat - steep)
+    let fraction = ((period - short) / (long - short)).clamp(0.0, 1.0);
+    steep + fraction * (flat - steep)
 }
 
-/// The shortest peak period \[s\] that waves of a height \[m\] can have; the height that a period allows rises with it.
+/// Returns the shortest peak period \[s\] of waves of a height \[m\], by bisection: the allowed height rises with the
+/// period.
 fn least_period(height: f64) -> f64 {
-    let allowed = |period: f64| steepness_limit(period) * GRAVITY * period * period / TAU;
+    let height_limit = |period: f64| steepness_limit(period) * GRAVITY * period * period / TAU;
     let (mut below, mut above) = (0.0, (height * PI).sqrt() + 60.0);
-    // Relative, so that it ends for any height.
+    // The tolerance is relative, so that the bisection ends for any height.
     while above - below > 1e-9 * above {
         let middle = 0.5 * (below + above);
-        *(if allowed(middle) < height { &mut below } else { &mut above }) = middle;
+        *(if height_limit(middle) < height { &mut below } else { &mut above }) = middle;
     }
     above
 }

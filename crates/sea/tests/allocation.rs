@@ -1,16 +1,16 @@
-//! Nothing that is evaluated at every step allocates: counted by the allocator itself.
+//! Evaluating a sea at every step allocates nothing, as counted by the allocator.
 #![allow(clippy::unwrap_used)]
 
 use allocation_counter::measure;
 use squid_sea::{GaussMarkov, Layers, Place, Sensor, SensorErrors, Spectrum, Spheroid, Wandering, Waves};
 
 #[test]
-fn a_sea_is_evaluated_without_allocating() {
+fn evaluating_a_sea_allocates_nothing() {
     let waves = Waves::new(&Spectrum::jonswap(1.0, 6.0, 3.3).unwrap(), 2.0, 100, 7).unwrap();
     let hull = Spheroid::new(1.0, 0.125, 1025.0, [[0.0; 6]; 6]).unwrap();
     let layers = Layers::new(&[[0.0, 1.0], [10.0, 0.0]]).unwrap();
-    let numbers = Wandering { mu: 0.1, noise: 0.1, min: -1.0, max: 1.0 };
-    let mut process = GaussMarkov::new(numbers, 7).unwrap();
+    let parameters = Wandering { mu: 0.1, noise: 0.1, min: -1.0, max: 1.0 };
+    let mut process = GaussMarkov::new(parameters, 7).unwrap();
     let errors = SensorErrors { noise: 0.1, delay: 0.5, rate: 10.0, ..SensorErrors::NONE };
     let mut sensor = Sensor::new(errors, 0.02, 7, 0).unwrap();
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

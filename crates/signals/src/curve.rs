@@ -1,19 +1,19 @@
-//! The curve of a thruster: from the command that it takes to the thrust that it gives, and back.
+//! Thrust of a thruster over its command, and the inverse.
 
 use serde::{Deserialize, Serialize};
 
-/// The units of a command that a table of points may have.
+/// Command units that a table of points may have.
 pub const COMMAND_UNITS: [&str; 5] = ["1", "%", "us", "rpm", "rad/s"];
 
-/// What the points of a curve must be.
+/// Condition on the points of a curve, for messages.
 pub const POINTS: &str = "two pairs [command, thrust] or more: commands rise, thrusts never fall, and one is zero or \
                           the first is below zero and the last above";
 
-/// Thrust T \[N\] over command c, a table of points or a square law; both pass through zero thrust.
+/// Thrust T \[N\] over command c: a table of points or a square law, each with zero thrust within its range.
 ///
-/// `T(c)` is linear between the points and constant beyond them, or `k c|c|`. It is continuous, so that every thrust
-/// between its ends is given by some command: `T(command(T)) = T`. Where commands of a whole interval give no thrust,
-/// the dead band, the command jumps as the thrust changes its sign.
+/// `T(c)` is `k c|c|`, or linear between the points and constant beyond them. It is continuous: every thrust between
+/// its ends has a command, `T(command(T)) = T`. In the dead band, the interval of commands without thrust, the inverse
+/// jumps where the thrust changes its sign.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Stored", into = "Stored")]
 pub struct Curve {
@@ -21,35 +21,35 @@ pub struct Curve {
     law: Law,
 }
 
-/// How the thrust of a curve depends on the command.
+/// Law from command to thrust.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Law {
     /// Linear between points \[command, thrust\].
     Points(Vec<[f64; 2]>),
-    /// This factor times c|c|.
+    /// Factor k of `k c|c|`.
     Square(f64),
 }
 
-/// Why a curve is none.
+/// Error in the definition of a curve.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CurveError {
-    /// The points are not [`POINTS`].
+    /// Points that do not meet [`POINTS`].
     #[error("the points of a curve must be {POINTS}")]
     Points,
-    /// The factor of a square law is not above zero.
+    /// Factor of a square law that is not above zero.
     #[error("the square law of a curve has the factor {0}, and it must be above zero")]
     Square(f64),
-    /// A unit that is not known.
+    /// Unknown unit of the command.
     #[error("the commands of a curve are in '{found}', and must be in one of: {}", COMMAND_UNITS.join(", "))]
     #[allow(missing_docs, reason = "the message says what the field is")]
     Unit { found: String },
-    /// Neither points nor a factor, or both.
+    /// Both `points` and `square`, or neither.
     #[error("a curve must have either `points` or `square`")]
     Law,
 }
 
 impl Curve {
-    /// A curve through points \[command, thrust\].
+    /// Returns the curve through points \[command, thrust\].
     ///
     /// # Errors
     /// [`CurveError::Points`], [`CurveError::Unit`].
@@ -62,7 +62,7 @@ impl Curve {
         if finite && rise && thrusts { Self::of(Law::Points(points), unit) } else { Err(CurveError::Points) }
     }
 
-    /// The square law `T = k c|c|`.
+    /// Returns the square law `T = k c|c|`.
     ///
     /// # Errors
     /// [`CurveError::Square`], [`CurveError::Unit`].
@@ -78,17 +78,17 @@ impl Curve {
         }
     }
 
-    /// The points, or the factor of the square law.
+    /// Returns the points, or the factor of the square law.
     pub fn law(&self) -> &Law {
         &self.law
     }
 
-    /// The unit of the command.
+    /// Returns the unit of the command.
     pub fn unit(&self) -> &str {
         &self.unit
     }
 
-    /// The least and the greatest thrust \[N\]; those of a square law have no end.
+    /// Least and greatest thrust \[N\]; infinite for a square law.
     pub fn ends(&self) -> [f64; 2] {
         match &self.law {
             Law::Points(points) => [points[0][1], points[points.len() - 1][1]],
@@ -96,8 +96,8 @@ impl Curve {
         }
     }
 
-    /// Returns the thrust of a command \[N\] and its slope, at a corner the right-hand one; a command that is not
-    /// finite comes back as it is.
+    /// Returns the thrust \[N\] at a command and its slope, the right-hand one at a corner; a non-finite command is
+    /// returned unchanged.
     pub fn thrust(&self, command: f64) -> (f64, f64) {
         match &self.law {
             _ if !command.is_finite() => (command, 0.0),
@@ -112,11 +112,11 @@ impl Curve {
         }
     }
 
-    /// Returns the command for a thrust \[N\] and its slope, at a corner the right-hand one.
+    /// Returns the command for a thrust \[N\] and its slope, the right-hand one at a corner.
     ///
-    /// Of several commands with this thrust it is the one nearest to those without thrust, for no thrust the middle of
-    /// the dead band; beyond the ends, the command of the end. The slope is zero where there is none: in a dead band,
-    /// beyond the ends, and of a square law at rest.
+    /// Among several commands with this thrust, the one nearest to the dead band is chosen; for zero thrust, the middle
+    /// of the dead band; beyond the ends, the command at the end. The slope is zero where it is undefined: in a dead
+    /// band, beyond the ends, and at zero thrust of a square law.
     pub fn command(&self, thrust: f64) -> (f64, f64) {
         match &self.law {
             Law::Square(k) => {
@@ -128,8 +128,8 @@ impl Curve {
                 if thrust < least || thrust > most {
                     return (self.command(thrust.clamp(least, most)).0, 0.0);
                 }
-                let without = |point: &&[f64; 2]| point[1] == 0.0;
-                let band = points.iter().find(without).zip(points.iter().rfind(without));
+                let has_no_thrust = |point: &&[f64; 2]| point[1] == 0.0;
+                let band = points.iter().find(has_no_thrust).zip(points.iter().rfind(has_no_thrust));
                 let (greatest, slope) = inverse(points, |at| at <= thrust, thrust);
                 match band.filter(|_| thrust == 0.0) {
                     Some((first, last)) if first == last => (first[0], slope),
@@ -142,24 +142,24 @@ impl Curve {
     }
 }
 
-/// The command for a thrust on the line from the last point whose thrust is `below` to the next, and the slope; at the
-/// last point of all the slope is zero.
+/// Returns the command for a thrust on the segment from the last point whose thrust is `below` to the next, and the
+/// slope; at the very last point the slope is zero.
 fn inverse(points: &[[f64; 2]], below: impl Fn(f64) -> bool, thrust: f64) -> (f64, f64) {
     let above = points.partition_point(|point| below(point[1]));
     if above == 0 || above == points.len() {
         return (points[above.saturating_sub(1)][0], 0.0);
     }
-    let turned = [points[above - 1], points[above]].map(|[command, thrust]| [thrust, command]);
-    line(turned, thrust)
+    let swapped = [points[above - 1], points[above]].map(|[command, thrust]| [thrust, command]);
+    line(swapped, thrust)
 }
 
-/// The height at x and the slope of the line through two points, exact at both.
+/// Returns the ordinate at x and the slope of the line through two points; exact at both points.
 fn line([[x0, y0], [x1, y1]]: [[f64; 2]; 2], x: f64) -> (f64, f64) {
     let height = if x == x1 { y1 } else { y0 + (y1 - y0) * ((x - x0) / (x1 - x0)) };
     (height, (y1 - y0) / (x1 - x0))
 }
 
-/// A curve as it is stored.
+/// Serialised form of a curve.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Stored {
@@ -196,16 +196,16 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A dead band from -0.1 to 0.3, flat from 2 to 3, other slopes ahead than astern.
-    fn banded() -> Curve {
+    /// Returns a curve with a dead band from -0.1 to 0.3, flat from 2 to 3, steeper astern than ahead near zero thrust.
+    fn dead_band_curve() -> Curve {
         let points =
             vec![[-1.0, -20.0], [-0.1, 0.0], [0.1, 0.0], [0.3, 0.0], [1.0, 7.0], [2.0, 30.0], [3.0, 30.0]];
         Curve::through(points, "1").unwrap()
     }
 
     #[test]
-    fn a_table_is_linear_between_its_points() {
-        let curve = banded();
+    fn table_is_linear_between_points() {
+        let curve = dead_band_curve();
         for (command, thrust, slope) in [
             (-2.0, -20.0, 0.0),
             (-1.0, -20.0, 20.0 / 0.9),
@@ -217,14 +217,17 @@ mod tests {
             (2.0, 30.0, 0.0),
             (9.0, 30.0, 0.0),
         ] {
-            let (found, sloped) = curve.thrust(command);
-            assert!((found - thrust).abs() < 1e-12 && (sloped - slope).abs() < 1e-12, "{command}: {found}");
+            let (value, found_slope) = curve.thrust(command);
+            assert!(
+                (value - thrust).abs() < 1e-12 && (found_slope - slope).abs() < 1e-12,
+                "{command}: {value}"
+            );
         }
     }
 
     #[test]
-    fn the_command_is_the_nearest_to_the_dead_band_and_its_middle_for_no_thrust() {
-        let curve = banded();
+    fn command_is_nearest_to_the_dead_band() {
+        let curve = dead_band_curve();
         for (thrust, command, slope) in [
             (-25.0, -1.0, 0.0),
             (-20.0, -1.0, 0.045),
@@ -235,20 +238,23 @@ mod tests {
             (30.0, 2.0, 0.0),
             (31.0, 2.0, 0.0),
         ] {
-            let (found, sloped) = curve.command(thrust);
-            assert!((found - command).abs() < 1e-12 && (sloped - slope).abs() < 1e-12, "{thrust}: {found}");
+            let (value, found_slope) = curve.command(thrust);
+            assert!(
+                (value - command).abs() < 1e-12 && (found_slope - slope).abs() < 1e-12,
+                "{thrust}: {value}"
+            );
         }
         let (ahead, astern) = (curve.command(1e-12).0, curve.command(-1e-12).0);
         assert!((ahead - 0.3).abs() < 1e-9 && (astern + 0.1).abs() < 1e-9, "the jump is across the band");
 
         let plain = Curve::through(vec![[-2.0, -10.0], [2.0, 10.0]], "rpm").unwrap();
         assert_eq!((plain.command(0.0), plain.unit()), ((0.0, 0.2), "rpm"));
-        let ahead_alone = Curve::through(vec![[0.0, 0.0], [0.2, 0.0], [1.0, 8.0]], "%").unwrap();
-        assert_eq!((ahead_alone.command(0.0), ahead_alone.command(-1.0)), ((0.1, 0.0), (0.1, 0.0)));
+        let forward_only = Curve::through(vec![[0.0, 0.0], [0.2, 0.0], [1.0, 8.0]], "%").unwrap();
+        assert_eq!((forward_only.command(0.0), forward_only.command(-1.0)), ((0.1, 0.0), (0.1, 0.0)));
     }
 
     #[test]
-    fn a_square_law_goes_both_ways() {
+    fn square_law_is_odd_and_invertible() {
         let curve = Curve::square(2.0, "rad/s").unwrap();
         assert_eq!((curve.thrust(3.0), curve.thrust(-3.0)), ((18.0, 12.0), (-18.0, 12.0)));
         assert_eq!((curve.command(18.0), curve.command(-18.0)), ((3.0, 1.0 / 12.0), (-3.0, 1.0 / 12.0)));
@@ -256,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_curve_is_refused() {
+    fn rejects_invalid_curves() {
         for points in [
             vec![],
             vec![[0.0, 0.0]],
@@ -271,13 +277,16 @@ mod tests {
         }
         assert_eq!(Curve::square(0.0, "rpm"), Err(CurveError::Square(0.0)));
         assert_eq!(Curve::square(1.0, "knots"), Err(CurveError::Unit { found: "knots".to_owned() }));
-        assert!(banded().thrust(f64::NAN).0.is_nan() && banded().thrust(f64::INFINITY).0.is_infinite());
+        assert!(
+            dead_band_curve().thrust(f64::NAN).0.is_nan()
+                && dead_band_curve().thrust(f64::INFINITY).0.is_infinite()
+        );
     }
 
     proptest! {
-        /// Thrust of the command of a thrust: the same thrust, to rounding, of any table and any square law.
+        /// The thrust at the command for a thrust is that thrust to rounding, for any table and any square law.
         #[test]
-        fn every_thrust_within_the_ends_is_given(
+        fn command_inverts_thrust(
             steps in proptest::collection::vec((1e-3..10.0f64, prop_oneof![Just(0.0), 1e-3..50.0f64]), 1..20),
             start in -1000.0..1000.0f64,
             part in 0.0..=1.0f64,
@@ -285,18 +294,18 @@ mod tests {
         ) {
             let height: f64 = steps.iter().map(|step| step.1).sum();
             let mut points = vec![[start, -part * height]];
-            for (wide, high) in steps {
+            for (width, height_step) in steps {
                 let [command, thrust] = points[points.len() - 1];
-                points.push([command + wide, thrust + high]);
+                points.push([command + width, thrust + height_step]);
             }
             let end = points[points.len() - 1][1];
             prop_assume!(height > 0.0 && end >= 0.0);
             let curves = [Curve::through(points, "us").unwrap(), Curve::square(k, "rpm").unwrap()];
             for thrust in (0..=40).map(|n| -part * height + f64::from(n) / 40.0 * (end + part * height)) {
                 for curve in &curves {
-                    let (found, _) = curve.thrust(curve.command(thrust).0);
-                    // The least step is 1e-3 wide at up to 1200: some 1e-10 of its height.
-                    prop_assert!((found - thrust).abs() <= 1e-8, "{thrust} became {found}");
+                    let (value, _) = curve.thrust(curve.command(thrust).0);
+                    // The narrowest segment is 1e-3 wide at commands up to 1200: rounding is some 1e-10 of its height.
+                    prop_assert!((value - thrust).abs() <= 1e-8, "{thrust} became {value}");
                 }
             }
         }

@@ -1,10 +1,9 @@
-//! Trims over a range of speeds that lie on one branch.
+//! Trims over a range of speeds on one branch.
 //!
-//! The equations of trim may have several solutions at a speed. Between two neighbouring speeds a solution is on the
-//! same branch when the step between the trims is small, or is the step that their derivatives predict by the
-//! trapezoidal rule. Where it is neither, the interval is halved: on a continuous branch the step shrinks with it,
-//! however steep the branch is, and at a jump it does not. So the verdict does not depend on how close together the
-//! speeds are.
+//! The trim equations may have several solutions at a speed. Solutions at neighbouring speeds are on the same branch if
+//! the step between the trims is small, or agrees with the step predicted from their derivatives by the trapezoidal
+//! rule. Otherwise the interval is halved: on a continuous branch, however steep, the step shrinks with the interval;
+//! at a jump it does not. The result thus does not depend on the spacing of the speeds.
 
 use nalgebra::DVector;
 
@@ -16,13 +15,13 @@ use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
 use crate::words::readable;
 
-/// A step of the pitch \[rad\], or of an output in units of its reach, that is small: 0.6 deg, or 1 %.
+/// Small step of the pitch \[rad\] or of an output in units of its reach: 0.6 deg, or 1 %.
 const SMALL: f64 = 0.01;
 
-/// Halvings of an interval, down to a millionth of it.
+/// Number of halvings of an interval, down to a millionth of it.
 const HALVINGS: usize = 20;
 
-/// What is balanced at which speeds.
+/// Vehicle, depth and speeds of a series of trims.
 struct Range<'a> {
     vehicle: &'a Vehicle,
     depth: f64,
@@ -30,34 +29,34 @@ struct Range<'a> {
 }
 
 impl Pitch {
-    /// Returns what is asked of the pitch over a range of rising speeds \[m/s\], and the branch to follow where the
-    /// trims of least effort jump. Without a wish the pitch is held level if thrusters alone can do that at every
-    /// speed, and is free otherwise.
+    /// Returns the pitch rule over a range of increasing speeds \[m/s\], with the branch to follow if the trims of
+    /// least effort jump. Without a requested rule the pitch is held level if thrusters alone can do so at every speed,
+    /// and is free otherwise.
     #[must_use]
-    pub fn over(vehicle: &Vehicle, depth: f64, speeds: &[f64], wish: Option<&Self>) -> Self {
-        match wish {
+    pub fn over(vehicle: &Vehicle, depth: f64, speeds: &[f64], requested: Option<&Self>) -> Self {
+        match requested {
             None if thrusters_hold_level(vehicle, depth, speeds) => return Self::Held(0.0),
             None | Some(Self::Free) => {}
-            Some(wish) => return wish.clone(),
+            Some(requested) => return requested.clone(),
         }
         let range = Range { vehicle, depth, speeds };
         if range.trims(&Self::Free).is_ok() {
             return Self::Free;
         }
-        let branch = [true, false].into_iter().find_map(|downwards| range.followed(downwards).ok());
+        let branch = [true, false].into_iter().find_map(|downwards| range.follow_branch(downwards).ok());
         branch.map_or(Self::Free, |trims| Self::Followed(trims.iter().map(|t| (t.speed, t.pitch)).collect()))
     }
 }
 
-/// Trims at rising speeds \[m/s\] that lie on one branch.
+/// Returns trims at increasing speeds \[m/s\] on one branch.
 ///
 /// # Errors
-/// Those of [`trim_with`]; [`TrimError::Jump`], [`TrimError::ForwardSpeedFalls`].
+/// All those of [`trim_with`]; [`TrimError::Jump`], [`TrimError::ForwardSpeedFalls`].
 pub fn trims(vehicle: &Vehicle, depth: f64, speeds: &[f64], pitch: &Pitch) -> Result<Vec<Trim>, TrimError> {
     Range { vehicle, depth, speeds }.trims(pitch)
 }
 
-/// Whether the vehicle without its control surfaces, whose forces vanish with the speed, trims at pitch zero.
+/// Returns `true` if the vehicle without control surfaces, whose forces vanish with the speed, trims at pitch zero.
 fn thrusters_hold_level(vehicle: &Vehicle, depth: f64, speeds: &[f64]) -> bool {
     let mut bare = vehicle.clone();
     bare.actuators.retain(|actuator| actuator.effect.works_at_rest());
@@ -75,9 +74,9 @@ impl Range<'_> {
         Ok(trims)
     }
 
-    /// The branch of least effort that contains the trim at one end of the range, to the other end.
-    fn followed(&self, downwards: bool) -> Result<Vec<Trim>, TrimError> {
-        let near = |speed: f64, pitch: f64| {
+    /// Follows the branch of least effort that contains the trim at one end of the range to the other end.
+    fn follow_branch(&self, downwards: bool) -> Result<Vec<Trim>, TrimError> {
+        let solve_near = |speed: f64, pitch: f64| {
             let here = Pitch::Followed([(speed, pitch)].into_iter().collect());
             trim_with(self.vehicle, Speed::Path(speed), self.depth, &here)
         };
@@ -89,7 +88,7 @@ impl Range<'_> {
         let mut trims = vec![trim_with(self.vehicle, Speed::Path(*first), self.depth, &Pitch::Free)?];
         for speed in others {
             let last = &trims[trims.len() - 1];
-            let next = self.follow(last, near(*speed, last.pitch)?, &near, HALVINGS)?;
+            let next = self.follow(last, solve_near(*speed, last.pitch)?, &solve_near, HALVINGS)?;
             trims.push(next);
         }
         if downwards {
@@ -98,36 +97,36 @@ impl Range<'_> {
         Ok(trims)
     }
 
-    /// The trim at the speed of `found` on the branch of `from`, by steps as long as the branch allows; `near` finds a
-    /// trim at a speed, from the pitch of the one before.
+    /// Follows the branch of `from` to the speed of `candidate`, by steps as long as the branch allows; `solve_near`
+    /// returns a trim at a speed, starting from the pitch of the previous one.
     fn follow(
         &self,
         from: &Trim,
-        found: Trim,
-        near: &impl Fn(f64, f64) -> Result<Trim, TrimError>,
+        candidate: Trim,
+        solve_near: &impl Fn(f64, f64) -> Result<Trim, TrimError>,
         halvings: usize,
     ) -> Result<Trim, TrimError> {
-        match self.joined(from, &found) {
-            Ok(()) => Ok(found),
+        match self.check_same_branch(from, &candidate) {
+            Ok(()) => Ok(candidate),
             Err(jump) if halvings == 0 => Err(jump),
             Err(_) => {
-                let middle = near(0.5 * (from.speed + found.speed), from.pitch)?;
-                let middle = self.follow(from, middle, near, halvings - 1)?;
-                let end = near(found.speed, middle.pitch)?;
-                self.follow(&middle, end, near, halvings - 1)
+                let middle = solve_near(0.5 * (from.speed + candidate.speed), from.pitch)?;
+                let middle = self.follow(from, middle, solve_near, halvings - 1)?;
+                let end = solve_near(candidate.speed, middle.pitch)?;
+                self.follow(&middle, end, solve_near, halvings - 1)
             }
         }
     }
 
-    /// Whether the step between two trims is small, or what their derivatives predict.
-    fn joined(&self, from: &Trim, to: &Trim) -> Result<(), TrimError> {
+    /// Checks that the step between two trims is small, or agrees with the prediction from their derivatives.
+    fn check_same_branch(&self, from: &Trim, to: &Trim) -> Result<(), TrimError> {
         let rise = to.forward_speed - from.forward_speed;
         if (rise > 0.0) != (to.speed > from.speed) {
             let (speed, pitch_deg) = (from.speed, from.pitch.to_degrees());
             return Err(TrimError::ForwardSpeedFalls { speed, pitch_deg });
         }
         let slopes = [self.slope(from)?, self.slope(to)?];
-        // Pitch is the last of the states, and the outputs follow.
+        // Pitch is the last of the states, followed by the outputs.
         let pitch = slopes[0].len() - self.vehicle.actuators.len() - 1;
         for (index, (name, unit)) in self.quantities().into_iter().enumerate() {
             let values = [from, to].map(|t| if index == 0 { t.pitch } else { t.actuators[index - 1] });
@@ -149,7 +148,7 @@ impl Range<'_> {
         Ok(linearise(self.vehicle, trim)?.trim_slope(&self.vehicle.actuators))
     }
 
-    /// Name and unit of the pitch and of each output.
+    /// Returns name and unit of the pitch and of each output.
     fn quantities(&self) -> Vec<(String, &'static str)> {
         let outputs = self.vehicle.actuators.iter().map(|a: &Actuator| (a.name.clone(), a.unit()));
         std::iter::once(("pitch".to_owned(), "rad")).chain(outputs).collect()

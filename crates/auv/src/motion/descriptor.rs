@@ -1,7 +1,7 @@
-//! The linear motion before the mass matrix is inverted, and its derivatives with respect to the vehicle's
-//! coefficients and its trim.
+//! Linear motion before the mass matrix is inverted, and its derivatives with respect to the coefficients of the
+//! vehicle and to its trim.
 //!
-//! Dual numbers of second and third order differentiate the code that simulates; there are no finite differences.
+//! Dual numbers of second and third order differentiate the simulation code itself; there are no finite differences.
 
 use crate::states::{LATERAL, LONGITUDINAL, are_lateral};
 use nalgebra::DMatrix;
@@ -15,27 +15,27 @@ use crate::scalar::Scalar;
 use crate::vehicle::Vehicle;
 use crate::vehicle::coefficients::Coefficients;
 
-/// `M x' = C x + D (T - T0)` about a trim, with some of the states x = \[u w q theta z\], or of x = \[p phi v r psi\],
-/// less their trim: what is no state does not move.
+/// Linear motion `M x' = C x + D (T - T0)` about a trim, with a selection of the states x = \[u w q theta z\], or of x
+/// = \[p phi v r psi\], as deviations from trim; all other states are held at trim.
 ///
 /// For n states M and C are n x n and D is n x m; the rows are surge force \[N\], heave force \[N\], pitch moment
 /// \[N.m\], theta' = q, and z'; or roll moment \[N.m\], phi', sway force \[N\], yaw moment \[N.m\], and psi' = r, where
-/// r is the rate of heading. A is `M^-1 C` and B is `M^-1 D`. M, C and D are affine in most coefficients, and no
+/// r is the rate of heading. A is `M^-1 C` and B is `M^-1 D`. M, C and D are affine in most coefficients; no
 /// coefficient divides another.
 ///
 /// Source: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3A.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Descriptor {
-    /// M.
+    /// Mass matrix M.
     pub mass: DMatrix<f64>,
-    /// C.
+    /// State matrix C.
     pub state: DMatrix<f64>,
-    /// D.
+    /// Input matrix D.
     pub input: DMatrix<f64>,
 }
 
 impl Descriptor {
-    /// Returns M, C and D at a trim, which may be that of another vehicle with the same actuators.
+    /// Returns M, C and D at a trim, which may belong to another vehicle with the same actuators.
     pub fn at(vehicle: &Vehicle, trim: &Trim, states: States) -> Self {
         differentiate((vehicle, trim, states), &[], Dual64::new(0.0, 1.0), |d| d.re, |d| d.eps)
     }
@@ -58,16 +58,16 @@ impl Descriptor {
     /// Returns `[M C D]`, n x (2 n + m).
     pub fn stacked(&self) -> DMatrix<f64> {
         let (n, inputs) = self.input.shape();
-        let mut whole = DMatrix::zeros(n, 2 * n + inputs);
-        whole.columns_mut(0, n).copy_from(&self.mass);
-        whole.columns_mut(n, n).copy_from(&self.state);
-        whole.columns_mut(2 * n, inputs).copy_from(&self.input);
-        whole
+        let mut stacked_matrix = DMatrix::zeros(n, 2 * n + inputs);
+        stacked_matrix.columns_mut(0, n).copy_from(&self.mass);
+        stacked_matrix.columns_mut(n, n).copy_from(&self.state);
+        stacked_matrix.columns_mut(2 * n, inputs).copy_from(&self.input);
+        stacked_matrix
     }
 }
 
 /// Evaluates the forces with `seeds` added to the parameters and `unit` added to each state and input in turn;
-/// `mass_part` and `part` extract the derivatives wanted.
+/// `mass_part` and `part` extract the requested derivatives.
 fn differentiate<D: Scalar>(
     (vehicle, trim, states): (&Vehicle, &Trim, States),
     seeds: &[(Parameter, D)],
@@ -78,7 +78,7 @@ fn differentiate<D: Scalar>(
     let lateral = are_lateral(states);
     let point = Point::new(vehicle, trim, lateral, seeds);
     let all: States = if lateral { &LATERAL } else { &LONGITUDINAL };
-    // The states of a model lie side by side among all.
+    // The states of a model are contiguous among all states.
     let first = all.iter().position(|state| Some(state) == states.first()).unwrap_or_default();
     let (n, inputs) = (states.len(), point.outputs.len());
     let (mut state, mut input) = (DMatrix::zeros(n, n), DMatrix::zeros(n, inputs));
@@ -95,12 +95,12 @@ fn differentiate<D: Scalar>(
     Descriptor { mass, state, input }
 }
 
-/// The number of all states of a plane.
+/// Number of all states of longitudinal or lateral motion.
 const ALL: usize = LONGITUDINAL.len();
 
-/// A vehicle and its trim over scalars that carry derivatives.
+/// Vehicle and trim over scalars that carry derivatives.
 struct Point<D> {
-    /// Whether sway, roll and yaw move, or surge, heave and pitch.
+    /// `true` for sway, roll and yaw; `false` for surge, heave and pitch.
     lateral: bool,
     coefficients: Coefficients<D>,
     effects: Vec<crate::vehicle::actuator::Effect<D>>,
@@ -137,7 +137,8 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// The rates of all states times the mass matrix, with `unit` added to the state or input with index `column`.
+    /// Returns the rates of all states times the mass matrix, with `unit` added to the state or input of index
+    /// `column`.
     fn force(&self, column: usize, unit: D) -> [D; ALL] {
         let added = |index: usize, value: D| if index == column { value + unit } else { value };
         let pairs = self.effects.iter().zip(&self.outputs).enumerate();
@@ -162,20 +163,20 @@ impl<D: Scalar> Point<D> {
         [x, z, m, motion.q, motion.sinking()]
     }
 
-    /// The mass matrix of all states.
+    /// Returns the mass matrix of all states.
     fn mass(&self) -> [[D; ALL]; ALL] {
         let (zero, one) = (D::from(0.0), D::from(1.0));
         let mut mass = [[zero; ALL]; ALL];
         (0..ALL).for_each(|i| mass[i][i] = one);
-        // The places of u, w, q, or of v, p, r.
-        let (inertia, places) = if self.lateral {
+        // Indices of u, w, q, or of v, p, r.
+        let (inertia, indices) = if self.lateral {
             (self.coefficients.lateral_mass_matrix(), [2, 0, 3])
         } else {
             (self.coefficients.mass_matrix(), [0, 1, 2])
         };
         let yaw = if self.lateral { self.motion.theta.cos() } else { one };
-        for (i, row) in places.into_iter().enumerate() {
-            for (j, column) in places.into_iter().enumerate() {
+        for (i, row) in indices.into_iter().enumerate() {
+            for (j, column) in indices.into_iter().enumerate() {
                 mass[row][column] =
                     if self.lateral && j == 2 { inertia[(i, j)] * yaw } else { inertia[(i, j)] };
             }

@@ -1,11 +1,11 @@
-//! Nonlinear dynamics in six degrees of freedom by Kirchhoff's equations with the forces on the hull.
+//! Nonlinear dynamics in six degrees of freedom: Kirchhoff's equations with the forces on the hull.
 //!
-//! Axes are those of SNAME (1950): x forward, y to starboard, z down; roll positive starboard down, pitch bow up, yaw
-//! bow to starboard; origin fixed in the body, in its plane of symmetry. All velocities are through the water; a
-//! steady, uniform current moves the water and the vehicle in it alike.
+//! Axes follow SNAME (1950): x forward, y to starboard, z down; roll positive starboard down, pitch bow up, yaw bow to
+//! starboard; the origin is fixed in the body, in its plane of symmetry. All velocities are relative to the water,
+//! which a steady, uniform current moves together with the vehicle.
 //!
-//! The mass matrix of a hull whose port and starboard are alike has two blocks: surge, heave and pitch, and sway, roll
-//! and yaw. So have the equations; what couples the two are the forces.
+//! For a hull with port-starboard symmetry, the mass matrix and the equations have two blocks: surge, heave and pitch,
+//! and sway, roll and yaw. The forces couple the two.
 //!
 //! Sources: Lamb, Hydrodynamics (1932), ch. VI (Kirchhoff's equations); Fossen (2011), ch. 6 to 8; ITTC (1957).
 
@@ -15,10 +15,10 @@ use crate::vehicle::ballast::Ballast;
 use crate::vehicle::coefficients::{CoefficientError, Coefficients};
 use nalgebra::Matrix3;
 
-/// The least Reynolds number at which the ITTC-57 line is evaluated; below it the friction coefficient is constant.
+/// Least Reynolds number for the ITTC-57 line; below it the friction coefficient is constant.
 pub const LEAST_REYNOLDS_NUMBER: f64 = 1e4;
 
-/// The motion of the vehicle through the water.
+/// Motion of the vehicle through the water.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion<D = f64> {
     /// Surge velocity \[m/s\].
@@ -39,7 +39,7 @@ pub struct Motion<D = f64> {
     pub theta: D,
 }
 
-/// Sines and cosines of roll and pitch, worked out once for all that needs them.
+/// Sines and cosines of roll and pitch, computed once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Attitude<D> {
     pub(crate) sin: D,
@@ -54,14 +54,13 @@ impl<D: Scalar> Motion<D> {
         Attitude { sin, cos, sin_phi, cos_phi }
     }
 
-    /// Motion in the vertical plane: v = p = r = phi = 0.
+    /// Returns motion in the vertical plane: v = p = r = phi = 0.
     pub fn in_plane(u: D, w: D, q: D, theta: D) -> Self {
         let zero = D::from(0.0);
         Self { u, v: zero, w, p: zero, q, r: zero, phi: zero, theta }
     }
 
-    /// Returns how fast the depth grows in still water \[m/s\]: `z' = (v sin(phi) + w cos(phi)) cos(theta) - u
-    /// sin(theta)`.
+    /// Returns the depth rate in still water \[m/s\]: `z' = (v sin(phi) + w cos(phi)) cos(theta) - u sin(theta)`.
     pub fn sinking(&self) -> D {
         self.sinking_at(&self.attitude())
     }
@@ -70,7 +69,7 @@ impl<D: Scalar> Motion<D> {
         (self.w * cos_phi + self.v * sin_phi) * cos - self.u * sin
     }
 
-    /// Returns \[phi' theta' psi'\], psi the heading:
+    /// Returns the rates \[phi' theta' psi'\] of the Euler angles, psi the heading:
     ///
     /// ```text
     /// phi'   = p + tan(theta) (q sin(phi) + r cos(phi))
@@ -78,7 +77,7 @@ impl<D: Scalar> Motion<D> {
     /// psi'   = (q sin(phi) + r cos(phi))/cos(theta)
     /// ```
     ///
-    /// Source: Fossen (2011), eq. 2.28. Not defined where the hull is upright.
+    /// Source: Fossen (2011), eq. 2.28. Singular at a pitch of 90 degrees.
     pub fn turning(&self) -> [D; 3] {
         self.turning_at(&self.attitude())
     }
@@ -101,7 +100,7 @@ impl<D: Scalar> Motion<D> {
         [ahead * cos_psi - across * sin_psi, ahead * sin_psi + across * cos_psi, self.sinking_at(attitude)]
     }
 
-    /// Returns what a velocity north, east and down is along the body at a heading psi: the inverse of
+    /// Returns the components in body axes of a velocity north, east and down at a heading psi: the inverse of
     /// [`Motion::velocity`].
     pub fn along_body(&self, heading: D, [north, east, down]: [D; 3]) -> [D; 3] {
         let ((sin, cos), (sin_phi, cos_phi)) = (self.theta.sin_cos(), self.phi.sin_cos());
@@ -112,12 +111,12 @@ impl<D: Scalar> Motion<D> {
     }
 }
 
-/// The equations of motion of one vehicle, its mass matrix inverted once.
+/// Equations of motion of one vehicle, with its mass matrix inverted once.
 #[derive(Clone, Debug)]
 pub struct Dynamics<D = f64> {
     coefficients: Coefficients<D>,
     inverse_mass: Matrix3<f64>,
-    /// That of sway, roll and yaw, where the vehicle moves so.
+    /// Inverse mass matrix of sway, roll and yaw, for a vehicle that moves in these.
     inverse_lateral: Option<Matrix3<f64>>,
 }
 
@@ -131,14 +130,14 @@ impl Dynamics {
         Ok(Self { coefficients: coefficients.clone(), inverse_mass, inverse_lateral })
     }
 
-    /// The same over scalars that carry derivatives, with the coefficients as constants among them.
+    /// Returns the dynamics over scalars that carry derivatives, with constant coefficients.
     pub fn lifted<D: Scalar>(&self) -> Dynamics<D> {
         let coefficients = self.coefficients.map(|_, value| D::from(value));
         let Self { inverse_mass, inverse_lateral, .. } = *self;
         Dynamics { coefficients, inverse_mass, inverse_lateral }
     }
 
-    /// The coefficients.
+    /// Returns the coefficients.
     pub fn coefficients(&self) -> &Coefficients {
         &self.coefficients
     }
@@ -148,10 +147,10 @@ impl Dynamics {
         LEAST_REYNOLDS_NUMBER * self.coefficients.kinematic_viscosity / self.coefficients.length
     }
 
-    /// Changes weight, buoyancy and centre of gravity, and the mass with them, without allocating.
+    /// Sets weight, buoyancy and centre of gravity, and the mass with them, without allocating.
     ///
     /// # Errors
-    /// [`CoefficientError`] as for [`Dynamics::new`]; the dynamics are then as they were.
+    /// [`CoefficientError`] as for [`Dynamics::new`]; the dynamics are unchanged then.
     pub(crate) fn set_ballast(&mut self, ballast: &Ballast) -> Result<(), CoefficientError> {
         let before = self.coefficients.ballast();
         self.coefficients.set_ballast(ballast);
@@ -185,7 +184,7 @@ impl<D: Scalar> Dynamics<D> {
         product(&self.inverse_mass, self.coefficients.force(motion, &motion.attitude(), depth, actuators))
     }
 
-    /// Returns \[v' p' r'\] under the force \[Y K N\] of the actuators; zero of a vehicle that stays in the vertical
+    /// Returns \[v' p' r'\] under the force \[Y K N\] of the actuators; zero for a vehicle that stays in the vertical
     /// plane.
     pub fn lateral_acceleration(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
         self.lateral_acceleration_at(&motion.attitude(), motion, depth, actuators)
@@ -202,21 +201,21 @@ impl<D: Scalar> Dynamics<D> {
         product(inverse, self.coefficients.lateral_force(motion, attitude, depth, actuators))
     }
 
-    /// Returns the part of \[v' p' r'\] that a load \[Y K N\] beside the other forces makes.
-    pub(crate) fn pushed_sideways(&self, load: [D; 3]) -> [D; 3] {
+    /// Returns the contribution of an external load \[Y K N\] to \[v' p' r'\].
+    pub(crate) fn lateral_load_acceleration(&self, load: [D; 3]) -> [D; 3] {
         self.inverse_lateral.as_ref().map_or([D::from(0.0); 3], |inverse| product(inverse, load))
     }
 
-    /// Returns the part of \[u' w' q'\] that a load \[X Z M\] beside the other forces makes; along the hull it makes
-    /// none where the speed is given.
-    pub(crate) fn pushed(&self, load: [D; 3]) -> [D; 3] {
+    /// Returns the contribution of an external load \[X Z M\] to \[u' w' q'\]; the surge force has no effect if the
+    /// speed is given.
+    pub(crate) fn load_acceleration(&self, load: [D; 3]) -> [D; 3] {
         let [surge, heave, pitch] = load;
         let surge = if self.coefficients.surge.is_given() { D::from(0.0) } else { surge };
         product(&self.inverse_mass, [surge, heave, pitch])
     }
 
-    /// Returns \[u' w' q' theta'\] under the force \[X Z M\] of the actuators, and a speed `given` \[m/s\] for a
-    /// vehicle that takes one; see [`Dynamics::acceleration`].
+    /// Returns \[u' w' q' theta'\] under the force \[X Z M\] of the actuators and at a `given` speed \[m/s\], which a
+    /// vehicle with free surge ignores. See [`Dynamics::acceleration`].
     pub fn rate(&self, motion: &Motion<D>, depth: D, given: D, force: [D; 3]) -> [D; 4] {
         self.rate_at(&motion.attitude(), motion, depth, given, force)
     }
@@ -250,7 +249,7 @@ fn product<D: Scalar>(matrix: &Matrix3<f64>, force: [D; 3]) -> [D; 3] {
     [row(0), row(1), row(2)]
 }
 
-/// Adds up the forces \[Y K N\] of all actuators at surge speed `u`.
+/// Returns the total force \[Y K N\] of all actuators at surge speed `u`.
 pub fn lateral_actuator_force<D: Scalar>(
     actuators: &[Actuator],
     u: D,
@@ -260,7 +259,7 @@ pub fn lateral_actuator_force<D: Scalar>(
     pairs.fold([D::from(0.0); 3], |sum, (actuator, output)| add(sum, actuator.lateral_force(u, output)))
 }
 
-/// Adds up the forces \[X Z M\] of all actuators at surge speed `u`.
+/// Returns the total force \[X Z M\] of all actuators at surge speed `u`.
 pub fn actuator_force<D: Scalar>(
     actuators: &[Actuator],
     u: D,

@@ -1,7 +1,7 @@
-//! The forces on the hull: inertial, restoring, lift, damping, drag.
+//! Forces on the hull: inertial, restoring, lift, damping, drag.
 //!
-//! They are written over coefficients that may carry derivatives, as the motion may. In the vertical plane, where v, p,
-//! r and phi are 0, what couples it to sway, roll and yaw is zero.
+//! Coefficients and motion may carry derivatives. In the vertical plane, where v, p, r and phi are 0, the coupling to
+//! sway, roll and yaw vanishes.
 //!
 //! Sources: Lamb, Hydrodynamics (1932), ch. VI (Kirchhoff's equations); Fossen (2011), ch. 6 to 8; ITTC (1957).
 
@@ -12,7 +12,7 @@ use std::f64::consts::LN_10;
 
 impl<D: Scalar> Coefficients<D> {
     /// Returns `M nu' = actuators + coriolis + restoring + lift + damping + drag`: surge force, heave force, pitch
-    /// moment. Where the speed is given, the first is u' itself, and `actuators[0]` gives it.
+    /// moment. If the speed is given, the first entry is u' itself, taken from `actuators[0]`.
     pub(crate) fn force(
         &self,
         motion: &Motion<D>,
@@ -32,7 +32,7 @@ impl<D: Scalar> Coefficients<D> {
         [if self.surge.is_given() { actuators[0] } else { surge }, heave, pitch]
     }
 
-    /// The same of sway force, roll moment and yaw moment.
+    /// Returns the same for sway force, roll moment and yaw moment.
     pub(crate) fn lateral_force(
         &self,
         motion: &Motion<D>,
@@ -50,7 +50,7 @@ impl<D: Scalar> Coefficients<D> {
         parts.into_iter().fold(actuators, add)
     }
 
-    /// The momentum P of vehicle and water along the body's axes.
+    /// Returns the momentum P of vehicle and water in body axes.
     ///
     /// ```text
     /// P_x = (m - X_u') u + m z_G q
@@ -67,7 +67,7 @@ impl<D: Scalar> Coefficients<D> {
         ]
     }
 
-    /// Their angular momentum L about the origin.
+    /// Returns the angular momentum L of vehicle and water about the origin.
     ///
     /// ```text
     /// L_x = (I_xx - K_p') p - K_r' r - (m z_G + Y_p') v
@@ -84,22 +84,22 @@ impl<D: Scalar> Coefficients<D> {
         ]
     }
 
-    /// Kirchhoff's inertial terms `-omega x P` and `-omega x L - v x P` along x and z and about y; the Munk moment is
-    /// among them.
+    /// Returns Kirchhoff's inertial terms `-omega x P` and `-omega x L - v x P` along x and z and about y; they include
+    /// the Munk moment.
     fn coriolis(&self, motion: &Motion<D>) -> [D; 3] {
         let Motion { u, w, p, q, r, .. } = *motion;
         let ([p_x, p_y, p_z], [l_x, _, l_z]) = (self.momentum(motion), self.angular_momentum(motion));
         [r * p_y - q * p_z, q * p_x - p * p_y, u * p_z - w * p_x + (p * l_z - r * l_x)]
     }
 
-    /// The same along y and about x and z.
+    /// Returns the same terms along y and about x and z.
     fn lateral_coriolis(&self, motion: &Motion<D>) -> [D; 3] {
         let Motion { u, v, w, p, q, r, .. } = *motion;
         let ([p_x, p_y, p_z], [l_x, l_y, l_z]) = (self.momentum(motion), self.angular_momentum(motion));
         [p * p_z - r * p_x, r * l_y - q * l_z + (w * p_y - v * p_z), q * l_x - p * l_y + (v * p_x - u * p_y)]
     }
 
-    /// `W - B`, `z_G W - z_B B` and `x_G W - x_B B` at a depth.
+    /// Returns `W - B`, `z_G W - z_B B` and `x_G W - x_B B` at a depth.
     fn weight_and_buoyancy(&self, depth: D) -> [D; 3] {
         let c = self;
         let buoyancy = (depth - c.reference_depth) * c.buoyancy_gradient + c.buoyancy;
@@ -110,24 +110,24 @@ impl<D: Scalar> Coefficients<D> {
         ]
     }
 
-    /// Weight and buoyancy, with c_phi for cos(phi): `-(W - B) sin`, `(W - B) cos c_phi`, `-(z_G W - z_B B) sin - (x_G
-    /// W - x_B B) cos c_phi`.
+    /// Returns the restoring forces X, Z and M, with c_phi for cos(phi): `-(W - B) sin`, `(W - B) cos c_phi`, `-(z_G W
+    /// - z_B B) sin - (x_G W - x_B B) cos c_phi`.
     fn restoring(&self, attitude: &Attitude<D>, depth: D) -> [D; 3] {
         let [excess, righting, trimming] = self.weight_and_buoyancy(depth);
         let Attitude { sin, cos, cos_phi, .. } = *attitude;
         [-(excess * sin), excess * cos * cos_phi, -(righting * sin) - trimming * cos * cos_phi]
     }
 
-    /// The same about the other axes, with s_phi for sin(phi): `(W - B) cos s_phi`, `-(z_G W - z_B B) cos s_phi`, `(x_G
-    /// W - x_B B) cos s_phi`.
+    /// Returns the restoring forces Y, K and N, with s_phi for sin(phi): `(W - B) cos s_phi`, `-(z_G W - z_B B) cos
+    /// s_phi`, `(x_G W - x_B B) cos s_phi`.
     fn lateral_restoring(&self, attitude: &Attitude<D>, depth: D) -> [D; 3] {
         let [excess, righting, trimming] = self.weight_and_buoyancy(depth);
         let across = attitude.cos * attitude.sin_phi;
         [excess * across, -(righting * across), trimming * across]
     }
 
-    /// Lift and its moment: `Z_uw |u| w + Z_uq |u| q` and `M_uw |u| w + M_uq |u| q + M_uu u|u|`. It resists ahead and
-    /// astern: a fin that is turned to the flow is pushed back by it, whichever edge leads.
+    /// Returns lift and its moment: `Z_uw |u| w + Z_uq |u| q` and `M_uw |u| w + M_uq |u| q + M_uu u|u|`. The sign is
+    /// the same ahead and astern: a fin at incidence is pushed back by the flow, whichever edge leads.
     fn lift(&self, motion: &Motion<D>) -> [D; 3] {
         let c = self;
         let Motion { u, w, q, .. } = *motion;
@@ -137,7 +137,7 @@ impl<D: Scalar> Coefficients<D> {
         [D::from(0.0), force, moment]
     }
 
-    /// `Y_uv |u| v + Y_up |u| p + Y_ur |u| r`, and the same with K and N.
+    /// Returns `Y_uv |u| v + Y_up |u| p + Y_ur |u| r`, and the same with K and N.
     fn lateral_lift(&self, motion: &Motion<D>) -> [D; 3] {
         let c = self;
         let Motion { u, v, p, r, .. } = *motion;
@@ -145,8 +145,8 @@ impl<D: Scalar> Coefficients<D> {
         [of(c.Y_uv, c.Y_up, c.Y_ur), of(c.K_uv, c.K_up, c.K_ur), of(c.N_uv, c.N_up, c.N_ur)]
     }
 
-    /// Linear damping, whatever the speed, and cross-flow drag: `X_u u`, `Z_w w + Z_ww w|w| + Z_qq q|q| + Z_q q` and
-    /// `M_q q + M_qq q|q| + M_ww w|w| + M_w w`.
+    /// Returns linear damping, independent of the speed, and quadratic drag: `X_u u`, `Z_w w + Z_ww w|w| + Z_qq q|q| +
+    /// Z_q q` and `M_q q + M_qq q|q| + M_ww w|w| + M_w w`.
     fn damping(&self, motion: &Motion<D>) -> [D; 3] {
         let c = self;
         let Motion { u, w, q, .. } = *motion;
@@ -156,7 +156,8 @@ impl<D: Scalar> Coefficients<D> {
         [u * c.X_u, heave, pitch]
     }
 
-    /// `Y_v v + Y_vv v|v| + Y_rr r|r| + Y_r r`, `K_p p + K_pp p|p|` and `N_r r + N_rr r|r| + N_vv v|v| + N_v v`.
+    /// Returns `Y_v v + Y_vv v|v| + Y_rr r|r| + Y_r r`, `K_p p + K_pp p|p|` and `N_r r + N_rr r|r| + N_vv v|v| + N_v
+    /// v`.
     fn lateral_damping(&self, motion: &Motion<D>) -> [D; 3] {
         let c = self;
         let Motion { v, p, r, .. } = *motion;
@@ -166,8 +167,8 @@ impl<D: Scalar> Coefficients<D> {
         [sway, p * c.K_p + p * p.abs() * c.K_pp, yaw]
     }
 
-    /// Cross-flow drag of the sections of the hull: `-rho/2 C_d ∫ b v|v| dx` and `rho/2 C_d ∫ x b v|v| dx` with
-    /// `v = w - x q`.
+    /// Returns the cross-flow drag of the hull sections: `-rho/2 C_d ∫ b v|v| dx` and `rho/2 C_d ∫ x b v|v| dx` with `v
+    /// = w - x q`.
     ///
     /// Source: Healey and Lienard (1993); Fossen (2011), section 6.4.
     fn cross_flow(&self, motion: &Motion<D>) -> [D; 3] {
@@ -176,8 +177,8 @@ impl<D: Scalar> Coefficients<D> {
         [D::from(0.0), -(force * factor), moment * factor]
     }
 
-    /// The same across: `-rho/2 C_d ∫ b V|V| dx` and `-rho/2 C_d ∫ x b V|V| dx` with `V = v + x r`; the sections
-    /// are as high as they are broad.
+    /// Returns the lateral cross-flow drag: `-rho/2 C_d ∫ b V|V| dx` and `-rho/2 C_d ∫ x b V|V| dx` with `V = v + x r`;
+    /// the height of each section equals its breadth.
     fn lateral_cross_flow(&self, motion: &Motion<D>) -> [D; 3] {
         let [force, moment] = self.hull.cross_flow(motion.v, -motion.r);
         let factor = self.density * self.C_d * 0.5;
@@ -192,7 +193,7 @@ impl<D: Scalar> Coefficients<D> {
         let reynolds = u.abs() * (c.length / c.kinematic_viscosity);
         let reynolds =
             if reynolds > LEAST_REYNOLDS_NUMBER { reynolds } else { D::from(LEAST_REYNOLDS_NUMBER) };
-        // The natural logarithm takes a third of the time of the other.
+        // The natural logarithm takes a third of the time of the decimal one.
         let line = (reynolds * 0.01).ln();
         let friction = (line * line).recip() * (c.form_factor * 0.075 * LN_10 * LN_10 * c.wetted_area);
         u * u.abs() * ((friction + c.drag_area) * (c.density * -0.5) + c.X_uu)

@@ -1,4 +1,4 @@
-//! The linear motion in sway, roll and yaw about straight level flight.
+//! Linear motion in sway, roll and yaw about straight level flight.
 
 use nalgebra::{Complex, DMatrix};
 
@@ -7,29 +7,29 @@ use crate::motion::trim_error::TrimError;
 use crate::motion::turn::{Turn, linearise_turn, turn};
 use crate::vehicle::Vehicle;
 
-/// `x' = A x + B T` with x = \[v p r phi\] (m/s, rad/s, rad/s, rad) about straight level flight, and T the outputs of
-/// all actuators (N or rad) less their trim. Shapes: A 4 x 4, B 4 x m.
+/// Linear model `x' = A x + B T` with x = \[v p r phi\] (m/s, rad/s, rad/s, rad) about straight level flight; T is the
+/// deviation of all actuator outputs (N or rad) from trim. Shapes: A 4 x 4, B 4 x m.
 #[derive(Clone, Debug)]
 pub struct Lateral {
     /// State matrix.
     pub a: DMatrix<f64>,
     /// Input matrix.
     pub b: DMatrix<f64>,
-    /// The straight flight.
+    /// Straight flight.
     pub straight: Turn,
-    /// Steady turns at constant depth, by rising rate.
+    /// Steady turns at constant depth, by increasing rate.
     pub turns: Vec<Turn>,
 }
 
 impl Lateral {
-    /// The symbols of the states.
+    /// Symbols of the states.
     pub const STATES: [&str; 4] = ["v", "p", "r", "phi"];
 
-    /// The rates of the turns \[rad/s\].
+    /// Rates of the turns \[rad/s\].
     pub const RATES: [f64; 4] = [0.05, 0.1, 0.15, 0.2];
 
-    /// Finds it at a speed V \[m/s\] along the path and a depth \[m\], at the pitch of level trim. A turn that no
-    /// outputs balance is left out.
+    /// Returns the linear motion at a speed V \[m/s\] along the path and a depth \[m\], at the pitch of level trim.
+    /// Turns that no outputs balance are omitted.
     ///
     /// # Errors
     /// [`TrimError`]: no straight flight; a vehicle that stays in the vertical plane.
@@ -46,20 +46,19 @@ impl Lateral {
         })
     }
 
-    /// Returns the eigenvalues of A \[1/s\], in rising order of the real part.
+    /// Returns the eigenvalues of A \[1/s\], by increasing real part.
     pub fn eigenvalues(&self) -> Vec<Complex<f64>> {
         let mut values: Vec<_> = self.a.complex_eigenvalues().iter().copied().collect();
         values.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
         values
     }
 
-    /// Returns whether straight flight is stable without anybody who steers.
+    /// Returns `true` if straight flight is open-loop stable.
     pub fn is_stable(&self) -> bool {
         self.eigenvalues().iter().all(|value| value.re < 0.0)
     }
 
-    /// Returns the rate of yaw per output of an actuator, r/T, in a slow steady turn by it alone; `None` where A is
-    /// singular.
+    /// Returns the steady yaw rate per output of an actuator, r/T, in a slow turn by it alone; `None` if A is singular.
     pub fn gain(&self, actuator: usize) -> Option<f64> {
         let column = self.b.column(actuator).into_owned();
         self.a.clone().lu().solve(&column).map(|x| -x[2])

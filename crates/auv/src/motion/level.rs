@@ -1,11 +1,11 @@
-//! What is asked of level flight: its speed, and what becomes of its pitch.
+//! Conditions of level flight: its speed and its pitch rule.
 
 use std::sync::Arc;
 
 use crate::motion::dynamics::Motion;
 use crate::scalar::Scalar;
 
-/// The speed at which to trim.
+/// Speed at which to trim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Speed {
     /// Speed along the path through the water, V \[m/s\]; negative astern.
@@ -32,24 +32,24 @@ impl Speed {
     }
 }
 
-/// What becomes of the pitch in level trim.
+/// Pitch rule of level trim.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Pitch {
-    /// It is that of the least effort.
+    /// Pitch of least effort.
     #[default]
     Free,
-    /// It is held at an angle \[rad\], 0 for a level hull: the actuators balance surge, heave and pitch.
+    /// Pitch held at an angle \[rad\], 0 for a level hull: the actuators balance surge, heave and pitch.
     Held(f64),
-    /// It is free, on one branch of the trims of least effort, from which Newton's method starts.
+    /// Free pitch on one branch of the trims of least effort, used as the start of Newton's method.
     Followed(Branch),
 }
 
-/// Pitch \[rad\] over speed V \[m/s\] along a branch of trims, in rising order of speed.
+/// Pitch \[rad\] over speed V \[m/s\] along a branch of trims, by increasing speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Branch(pub(crate) Arc<[(f64, f64)]>);
 
 impl Branch {
-    /// Returns the pitch at a speed \[m/s\] by linear interpolation, held beyond the ends.
+    /// Returns the pitch at a speed \[m/s\] by linear interpolation, constant beyond the ends.
     pub(crate) fn pitch_at(&self, speed: f64) -> f64 {
         let above = self.0.partition_point(|(at, _)| *at <= speed);
         match (above.checked_sub(1).and_then(|below| self.0.get(below)), self.0.get(above)) {

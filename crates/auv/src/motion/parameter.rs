@@ -1,4 +1,4 @@
-//! The numbers of a vehicle, and of its trim, that a model may treat as uncertain.
+//! Parameters of a vehicle and of its trim that a model may treat as uncertain.
 
 use thiserror::Error;
 
@@ -8,45 +8,45 @@ use crate::vehicle::actuator::Effect;
 use crate::vehicle::coefficients::COEFFICIENTS;
 use crate::words::nearest;
 
-/// A number on which the linear motion depends.
+/// Parameter of the linear motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
-    /// A row of [`COEFFICIENTS`], by its key.
+    /// Coefficient, by its key in [`COEFFICIENTS`].
     Coefficient(&'static str),
-    /// A number of an actuator's effect, by its key in the vehicle file.
+    /// Coefficient of an actuator, by its key in the vehicle file.
     Effect {
-        /// The actuator's place in the vehicle.
+        /// Index of the actuator in the vehicle.
         actuator: usize,
-        /// The key, for instance `Z_uu_delta`.
+        /// Key, for instance `Z_uu_delta`.
         key: &'static str,
     },
-    /// The incidence at trim \[rad\].
+    /// Incidence at trim \[rad\].
     Incidence,
-    /// The output of an actuator at trim \[N or rad\], by its place in the vehicle.
+    /// Output of an actuator at trim \[N or rad\], by its index in the vehicle.
     Output(usize),
 }
 
-/// A name that is no parameter of the vehicle.
+/// Name that matches no parameter of the vehicle.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error(
     "the vehicle has no coefficient '{name}' of {motion}{}; it has {known}",
     suggestion.as_ref().map(|s| format!(" (did you mean '{s}'?)")).unwrap_or_default()
 )]
 pub struct UnknownParameter {
-    /// The name asked for.
+    /// Requested name.
     pub name: String,
-    /// The motion that is asked about.
+    /// Requested motion.
     pub motion: &'static str,
-    /// The most similar name.
+    /// Most similar name.
     pub suggestion: Option<String>,
     /// All names.
     pub known: String,
 }
 
 impl Parameter {
-    /// Returns every coefficient that acts on a vehicle in the vertical plane, and those of its actuators, in the order
-    /// of the vehicle file; of a vehicle that leaves it those of sway, roll and yaw, on which its level trim does not
-    /// depend.
+    /// Returns every coefficient of the vehicle and of its actuators, in the order of the vehicle file: for a vehicle
+    /// in the vertical plane those of surge, heave and pitch, for one that leaves it those of sway, roll and yaw, on
+    /// which its level trim does not depend.
     pub fn all(vehicle: &Vehicle) -> Vec<Self> {
         let lateral = vehicle.coefficients.leaves_plane();
         let acts =
@@ -61,7 +61,7 @@ impl Parameter {
         coefficients.chain(effects).collect()
     }
 
-    /// Finds a coefficient by its name: `Z_uw`, or `stern_planes.M_uu_delta`.
+    /// Returns the coefficient with a name: `Z_uw`, or `stern_planes.M_uu_delta`.
     ///
     /// # Errors
     /// [`UnknownParameter`] with the nearest name.
@@ -81,7 +81,7 @@ impl Parameter {
         })
     }
 
-    /// Returns its name, as [`Parameter::named`] reads it. A parameter of the trim is `incidence` or, for instance,
+    /// Returns the name, as read by [`Parameter::named`]. A parameter of the trim is `incidence` or, for instance,
     /// `stern_planes at trim`.
     pub fn name(self, vehicle: &Vehicle) -> String {
         match self {
@@ -92,7 +92,7 @@ impl Parameter {
         }
     }
 
-    /// Returns its SI unit.
+    /// Returns the SI unit.
     pub fn unit(self, vehicle: &Vehicle) -> &'static str {
         match self {
             Self::Coefficient(key) => COEFFICIENTS.iter().find(|s| s.key == key).map_or("", |s| s.unit),
@@ -102,7 +102,7 @@ impl Parameter {
         }
     }
 
-    /// Returns its value \[SI\].
+    /// Returns the value \[SI\].
     pub fn value(self, vehicle: &Vehicle, trim: &Trim) -> f64 {
         match self {
             Self::Incidence => trim.incidence,
@@ -130,8 +130,7 @@ impl Parameter {
         }
     }
 
-    /// Returns the vehicle with another value of a coefficient, unchecked; for a parameter of the trim, the vehicle as
-    /// it is.
+    /// Returns the vehicle with another value of a coefficient, unchecked; unchanged for a parameter of the trim.
     #[must_use]
     pub fn with_value(self, vehicle: &Vehicle, value: f64) -> Vehicle {
         let mut changed = vehicle.clone();

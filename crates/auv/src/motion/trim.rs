@@ -1,9 +1,9 @@
-//! Level trim: the incidence and the actuator outputs at which nothing accelerates.
+//! Level trim: incidence and actuator outputs without acceleration.
 //!
-//! Level flight has theta = alpha, u = V cos alpha, w = V sin alpha, q = 0, so that the depth is constant; astern V is
-//! negative. The unknowns are the outputs, and alpha where the pitch is not held; the equations are u' = w' = q' = 0.
-//! They are solved by Newton's method. With more unknowns than equations, the outputs have the least Euclidean norm,
-//! each divided by its [`Actuator::reach`].
+//! Level flight has theta = alpha, u = V cos alpha, w = V sin alpha, q = 0, so that the depth is constant; V is
+//! negative astern. The unknowns are the outputs, and alpha unless the pitch is held; the equations are u' = w' = q' =
+//! 0, solved by Newton's method. With more unknowns than equations, the outputs have the least Euclidean norm, each
+//! divided by its [`Actuator::reach`].
 
 use crate::motion::balance::{Attempt, Balance};
 use crate::motion::dynamics::{Dynamics, Motion};
@@ -13,7 +13,7 @@ use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
 use crate::words::readable;
 
-/// A steady motion and the actuator outputs that balance it: level, but for a [`climb`].
+/// Steady motion and the actuator outputs that balance it: level, except for a [`climb`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trim {
     /// Speed along the path through the water, V \[m/s\]; negative astern.
@@ -24,9 +24,9 @@ pub struct Trim {
     pub heave: f64,
     /// Incidence atan(w / u) \[rad\].
     pub incidence: f64,
-    /// Pitch \[rad\], in level flight equal to the incidence.
+    /// Pitch \[rad\], equal to the incidence in level flight.
     pub pitch: f64,
-    /// What became of the pitch.
+    /// Pitch rule.
     pub rule: Pitch,
     /// Depth \[m\].
     pub depth: f64,
@@ -46,7 +46,7 @@ impl Trim {
 /// Solves `[u' w' q'] = 0` for level trim of least effort at a speed \[m/s\] and a depth \[m\].
 ///
 /// # Errors
-/// As [`trim_with`].
+/// Errors of [`trim_with`].
 pub fn trim(vehicle: &Vehicle, speed: Speed, depth: f64) -> Result<Trim, TrimError> {
     trim_with(vehicle, speed, depth, &Pitch::Free)
 }
@@ -63,15 +63,15 @@ pub fn trim_with(vehicle: &Vehicle, speed: Speed, depth: f64, pitch: &Pitch) -> 
         return Err(TrimError::DepthNotFinite { depth });
     }
     let dynamics = Dynamics::new(&vehicle.coefficients)?;
-    let trim = solved(&Balance { dynamics, vehicle, speed, depth, pitch, climb: None })?;
+    let trim = solve(&Balance { dynamics, vehicle, speed, depth, pitch, climb: None })?;
     check_limits(vehicle, &trim)?;
     Ok(trim)
 }
 
-/// Solves `[u' w' q'] = 0` for the steady climb or dive that is nearest to another trim, at its forward speed and
-/// depth, with the hull at a pitch \[rad\]. Outputs may be beyond the limits of the actuators. The unknowns are the
-/// outputs, of least norm if there are several, and the incidence, unless the trim holds it and outputs can hold it in
-/// the climb, too; the path rises at pitch minus incidence.
+/// Solves `[u' w' q'] = 0` for the steady climb or dive nearest to another trim, at its forward speed and depth, with
+/// the hull at a pitch \[rad\]. Outputs may exceed the limits of the actuators. The unknowns are the outputs, of least
+/// norm if there are several solutions, and the incidence; if the trim holds the incidence and the outputs can hold it
+/// in the climb too, it is fixed. The path rises at pitch minus incidence.
 ///
 /// # Errors
 /// [`TrimError`]: coefficients or a pitch that are not allowed, no solution.
@@ -81,25 +81,18 @@ pub fn climb(vehicle: &Vehicle, near: &Trim, pitch: f64) -> Result<Trim, TrimErr
     }
     let dynamics = Dynamics::new(&vehicle.coefficients)?;
     let (speed, depth) = (Speed::Forward(near.forward_speed), near.depth);
-    let with = |rule: &Pitch| {
-        solved(&Balance {
-            dynamics: dynamics.clone(),
-            vehicle,
-            speed,
-            depth,
-            pitch: rule,
-            climb: Some(pitch),
-        })
+    let solve_with = |rule: &Pitch| {
+        solve(&Balance { dynamics: dynamics.clone(), vehicle, speed, depth, pitch: rule, climb: Some(pitch) })
     };
     let free = Pitch::Followed([(near.forward_speed, near.incidence)].into_iter().collect());
     match near.rule {
-        // What balances level flight at an incidence may not balance a climb at it.
-        Pitch::Held(_) => with(&Pitch::Held(near.incidence)).or_else(|_| with(&free)),
-        _ => with(&free),
+        // Outputs that hold an incidence in level flight may not be able to hold it in a climb.
+        Pitch::Held(_) => solve_with(&Pitch::Held(near.incidence)).or_else(|_| solve_with(&free)),
+        _ => solve_with(&free),
     }
 }
 
-fn solved(balance: &Balance<'_>) -> Result<Trim, TrimError> {
+fn solve(balance: &Balance<'_>) -> Result<Trim, TrimError> {
     let Attempt { incidence, outputs: actuators, residual, .. } = balance.solve()?;
     let motion = balance.speed.level_motion(incidence);
     let speed = match balance.speed {

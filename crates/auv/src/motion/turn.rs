@@ -1,6 +1,6 @@
 //! Steady turns at constant depth, and the linear motion about them.
 //!
-//! In a steady turn at the rate Omega of the heading psi the body turns with
+//! In a steady turn with the heading rate Omega the angular velocity of the body is
 //!
 //! ```text
 //! p = -Omega sin(theta)   q = Omega cos(theta) sin(phi)   r = Omega cos(theta) cos(phi)
@@ -20,10 +20,10 @@ use crate::scalar::Scalar;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
 
-/// A steady turn at constant depth; straight flight if its rate is 0.
+/// Steady turn at constant depth; straight flight if its rate is 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turn {
-    /// The motion through the water.
+    /// Motion through the water.
     pub motion: Motion,
     /// Speed along the path through the water, V \[m/s\].
     pub speed: f64,
@@ -31,37 +31,37 @@ pub struct Turn {
     pub rate: f64,
     /// Depth \[m\].
     pub depth: f64,
-    /// Output of each actuator \[N or rad\], whatever its limits.
+    /// Output of each actuator \[N or rad\], without regard to its limits.
     pub actuators: Vec<f64>,
-    /// The largest remaining acceleration \[m/s2 or rad/s2\], or z' \[m/s\].
+    /// Largest remaining acceleration \[m/s2 or rad/s2\], or z' \[m/s\].
     pub residual: f64,
 }
 
 impl Turn {
-    /// Returns the radius of the path \[m\]; infinite of straight flight.
+    /// Returns the radius of the path \[m\]; infinite for straight flight.
     pub fn radius(&self) -> f64 {
         self.speed / self.rate.abs()
     }
 }
 
-/// The rate is raised to that of a turn in steps of at most this \[rad/s\].
+/// Largest step in which the rate is raised to that of a turn \[rad/s\].
 const RATE_STEP: f64 = 0.05;
 const MAX_ITERATIONS: usize = 50;
-/// Newton's method has ended when accelerations are below this.
+/// Convergence tolerance of Newton's method for the accelerations.
 const RESIDUAL_TOLERANCE: f64 = 1e-9;
-/// Singular values below this part of the largest one count as zero.
+/// Singular values below this fraction of the largest one count as zero.
 const RANK_TOLERANCE: f64 = 1e-9;
-/// The states u, v, w, phi, theta.
+/// Number of the states u, v, w, phi, theta.
 const STATES: usize = 5;
 const EQUATIONS: usize = 8;
 
-/// Finds the steady turn at a speed V \[m/s\] along the path, a rate of the heading \[rad/s\] and a depth \[m\], from
-/// straight level trim on. A pitch that is held is held in the turn, too, where outputs can. Where several outputs
-/// balance it, it is one near the trim. If an actuator yaws without acting in the vertical plane, no others are set
-/// against one another for the turn: they change as the vertical plane has them change.
+/// Returns the steady turn at a speed V \[m/s\] along the path, a rate of the heading \[rad/s\] and a depth \[m\],
+/// continued from straight level trim. A held pitch is also held in the turn if the outputs can do so. Among several
+/// solutions it is one near the trim. If an actuator yaws the vehicle without acting in the vertical plane, the other
+/// actuators do not work against one another for the turn: they change only as far as the vertical plane requires.
 ///
 /// # Errors
-/// [`TrimError`]: as of [`trim_with`]; no such turn; a vehicle that stays in the vertical plane.
+/// [`TrimError`]: those of [`trim_with`]; no such turn; a vehicle that stays in the vertical plane.
 pub fn turn(vehicle: &Vehicle, speed: f64, rate: f64, depth: f64, pitch: &Pitch) -> Result<Turn, TrimError> {
     if !vehicle.coefficients.leaves_plane() {
         return Err(TrimError::NoLateral);
@@ -72,9 +72,9 @@ pub fn turn(vehicle: &Vehicle, speed: f64, rate: f64, depth: f64, pitch: &Pitch)
     if !steps.is_finite() {
         return Err(TrimError::RateNotFinite { rate });
     }
-    let found = |is_held: bool| {
-        let ways = ways(vehicle, level.forward_speed, is_held);
-        let balance = Balance { vehicle, dynamics: dynamics.clone(), speed, depth, ways };
+    let solve = |is_held: bool| {
+        let directions = directions(vehicle, level.forward_speed, is_held);
+        let balance = Balance { vehicle, dynamics: dynamics.clone(), speed, depth, directions };
         let start = [level.forward_speed, 0.0, level.heave, 0.0, level.pitch];
         let all = start.into_iter().chain(level.actuators.iter().copied());
         let mut unknown = DVector::from_iterator(STATES + level.actuators.len(), all);
@@ -91,60 +91,62 @@ pub fn turn(vehicle: &Vehicle, speed: f64, rate: f64, depth: f64, pitch: &Pitch)
         Ok(Turn { motion, speed, rate, depth, actuators, residual })
     };
     match pitch {
-        Pitch::Held(_) => found(true).or_else(|_| found(false)),
-        _ => found(false),
+        Pitch::Held(_) => solve(true).or_else(|_| solve(false)),
+        _ => solve(false),
     }
 }
 
-/// The motion of a steady turn.
+/// Returns the motion of a steady turn.
 fn motion<D: Scalar>([u, v, w, phi, theta]: [D; STATES], rate: f64) -> Motion<D> {
     let ((sin_phi, cos_phi), (sin, cos)) = (phi.sin_cos(), theta.sin_cos());
     Motion { u, v, w, p: -(sin * rate), q: cos * sin_phi * rate, r: cos * cos_phi * rate, phi, theta }
 }
 
-/// The equations of a steady turn.
+/// Equations of a steady turn.
 struct Balance<'a> {
     vehicle: &'a Vehicle,
     dynamics: Dynamics<Dual64>,
     speed: f64,
     depth: f64,
-    /// How the unknowns may change, a column each.
-    ways: DMatrix<f64>,
+    /// Directions in which the unknowns may change, one per column.
+    directions: DMatrix<f64>,
 }
 
-/// The ways in which the unknowns of a turn may change, by columns: outputs in units of their reach, theta not if it
-/// is held. Outputs of the vertical plane change together, the least for what they do there at the surge speed `u`, if
-/// another actuator yaws the vehicle.
-fn ways(vehicle: &Vehicle, u: f64, is_held: bool) -> DMatrix<f64> {
+/// Returns the directions in which the unknowns of a turn may change, one per column: outputs in units of their reach,
+/// theta unless it is held. If another actuator yaws the vehicle, the outputs of the vertical plane are restricted to
+/// changes of least norm for their effect there at the surge speed `u`.
+fn directions(vehicle: &Vehicle, u: f64, is_held: bool) -> DMatrix<f64> {
     let reach = vehicle.actuators.iter().map(Actuator::reach);
     let held = if is_held { 0.0 } else { 1.0 };
     let scale = [1.0, 1.0, 1.0, 1.0, held].into_iter().chain(reach);
-    let mut ways = DMatrix::from_diagonal(&DVector::from_iterator(STATES + vehicle.actuators.len(), scale));
+    let mut directions =
+        DMatrix::from_diagonal(&DVector::from_iterator(STATES + vehicle.actuators.len(), scale));
     let all = || vehicle.actuators.iter().enumerate();
-    let plane: Vec<usize> = all().filter(|(_, one)| one.acts_in_plane()).map(|(place, _)| place).collect();
+    let plane: Vec<usize> = all().filter(|(_, one)| one.acts_in_plane()).map(|(index, _)| index).collect();
     if plane.is_empty() || !vehicle.actuators.iter().any(Actuator::yaws_alone) {
-        return ways;
+        return directions;
     }
-    let does = DMatrix::from_fn(3, plane.len(), |row, column| {
+    let effects = DMatrix::from_fn(3, plane.len(), |row, column| {
         let one = &vehicle.actuators[plane[column]];
         let per_output = one.effect.map(|key, value| if key == "X_uu_delta2" { 0.0 } else { value });
         per_output.force(u, one.reach())[row]
     });
-    let svd = does.svd(false, true);
-    let Some(directions) = svd.v_t else { return ways };
+    let svd = effects.svd(false, true);
+    let Some(right_singular) = svd.v_t else { return directions };
     let least = RANK_TOLERANCE * svd.singular_values.max();
-    let kept: Vec<usize> =
+    let effective: Vec<usize> =
         (0..svd.singular_values.len()).filter(|i| svd.singular_values[*i] > least).collect();
-    if kept.len() < plane.len() {
-        let kept = directions.select_rows(&kept);
-        let together = kept.tr_mul(&kept);
+    if effective.len() < plane.len() {
+        let effective = right_singular.select_rows(&effective);
+        let projection = effective.tr_mul(&effective);
         for (i, row) in plane.iter().enumerate() {
             for (j, column) in plane.iter().enumerate() {
-                ways[(STATES + row, STATES + column)] = vehicle.actuators[*row].reach() * together[(i, j)];
+                directions[(STATES + row, STATES + column)] =
+                    vehicle.actuators[*row].reach() * projection[(i, j)];
             }
         }
     }
-    ways
+    directions
 }
 
 impl Balance<'_> {
@@ -157,8 +159,8 @@ impl Balance<'_> {
         [du, dv, dw, dp, dq, dr, motion.sinking(), square]
     }
 
-    /// Newton's method from `unknown`, whose every step is the least in units of the reach of the actuators; returns
-    /// the largest residual.
+    /// Runs Newton's method from `unknown` with steps of least norm in units of the reach of the actuators; returns the
+    /// largest residual.
     fn newton(&self, rate: f64, unknown: &mut DVector<f64>) -> f64 {
         let n = unknown.len();
         let mut residual = f64::INFINITY;
@@ -166,7 +168,7 @@ impl Balance<'_> {
             let mut jacobian = DMatrix::zeros(EQUATIONS, n);
             let mut error = DVector::zeros(EQUATIONS);
             for seed in 0..n {
-                let part = |i: usize| Dual64::new(unknown[i], self.ways[(i, seed)]);
+                let part = |i: usize| Dual64::new(unknown[i], self.directions[(i, seed)]);
                 let seeded: Vec<Dual64> = (0..n).map(part).collect();
                 for (row, one) in self.equations(rate, &seeded).into_iter().enumerate() {
                     jacobian[(row, seed)] = one.eps;
@@ -180,13 +182,13 @@ impl Balance<'_> {
             let svd = jacobian.svd(true, true);
             let threshold = RANK_TOLERANCE * svd.singular_values.max();
             let Ok(change) = svd.solve(&error, threshold) else { break };
-            *unknown -= &self.ways * change;
+            *unknown -= &self.directions * change;
         }
         residual
     }
 }
 
-/// \[u' v' w' p' q' r'\] under the outputs of the actuators.
+/// Returns \[u' v' w' p' q' r'\] under the outputs of the actuators.
 fn acceleration(
     vehicle: &Vehicle,
     dynamics: &Dynamics<Dual64>,
@@ -202,11 +204,11 @@ fn acceleration(
     [du, dv, dw, dp, dq, dr]
 }
 
-/// The linear motion about a steady turn: `x' = A (x - x0) + B (T - T0)` with x = \[u w q theta v p r phi\] (m/s, m/s,
-/// rad/s, rad, m/s, rad/s, rad/s, rad), and T the outputs of the actuators (N or rad).
+/// Linearises about a steady turn: `x' = A (x - x0) + B (T - T0)` with x = \[u w q theta v p r phi\] (m/s, m/s, rad/s,
+/// rad, m/s, rad/s, rad/s, rad), and T the outputs of the actuators (N or rad).
 ///
-/// In straight level flight without torque of a propeller the first four states and the last four move independently.
-/// Shapes: A 8 x 8, B 8 x m.
+/// In straight level flight without propeller torque the first four states and the last four are decoupled. Shapes: A 8
+/// x 8, B 8 x m.
 ///
 /// # Errors
 /// [`TrimError`] if the vehicle's coefficients are not allowed.

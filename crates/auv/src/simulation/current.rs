@@ -1,18 +1,18 @@
-//! The current: water that moves steadily and uniformly.
+//! Current: steady, uniform motion of the water.
 
-/// A steady, uniform current, in the earth frame.
+/// Steady, uniform current in the earth frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Current {
-    /// Horizontal velocity U_c \[m/s\]: the way the vehicle faces, or north for one that turns.
+    /// Horizontal velocity U_c \[m/s\]: along the vehicle's heading, or north for six degrees of freedom.
     pub horizontal: f64,
-    /// Velocity east \[m/s\], which only a vehicle that turns meets.
+    /// Velocity east \[m/s\], for six degrees of freedom only.
     pub east: f64,
     /// Vertical velocity W_c \[m/s\], positive down.
     pub vertical: f64,
 }
 
 impl Current {
-    /// Returns the current along the body axes: `u_c = U_c cos - W_c sin`, `w_c = U_c sin + W_c cos`.
+    /// Returns the current in body axes: `u_c = U_c cos - W_c sin`, `w_c = U_c sin + W_c cos`.
     pub(crate) fn along_body(self, theta: f64) -> (f64, f64) {
         let (sin, cos) = theta.sin_cos();
         (self.horizontal * cos - self.vertical * sin, self.horizontal * sin + self.vertical * cos)
@@ -23,7 +23,7 @@ impl Current {
         [self.horizontal, self.east, self.vertical]
     }
 
-    /// The current a time later \[s\], changing at constant rates.
+    /// Returns the current at a later time \[s\], changing at constant rates.
     pub(crate) fn after(self, elapsed: f64, rates: Self) -> Self {
         Self {
             horizontal: self.horizontal + rates.horizontal * elapsed,
@@ -34,7 +34,7 @@ impl Current {
 }
 
 impl From<[f64; 3]> for Current {
-    /// Of the velocity north, east and down.
+    /// Returns the current with a velocity north, east and down.
     fn from([horizontal, east, vertical]: [f64; 3]) -> Self {
         Self { horizontal, east, vertical }
     }
@@ -48,7 +48,7 @@ impl std::ops::Add for Current {
     }
 }
 
-/// `x' = u cos + w sin + U_c`, `z' = -u sin + w cos + W_c`.
+/// Returns `x' = u cos + w sin + U_c` and `z' = -u sin + w cos + W_c`.
 pub(crate) fn earth_velocity([u, w]: [f64; 2], [sin, cos]: [f64; 2], current: Current) -> (f64, f64) {
     (u * cos + w * sin + current.horizontal, w * cos - u * sin + current.vertical)
 }

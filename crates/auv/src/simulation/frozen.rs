@@ -1,8 +1,8 @@
-//! The LPV model at one speed, in a workspace that is allocated once.
+//! LPV model frozen at one speed, in a workspace allocated once.
 
 use crate::simulation::lpv_model::LpvModel;
 
-/// A, B and the trim at one operating speed.
+/// A, B and trim at one operating speed.
 #[derive(Clone, Debug)]
 pub(crate) struct Frozen {
     a: [[f64; 4]; 4],
@@ -12,7 +12,7 @@ pub(crate) struct Frozen {
 }
 
 impl Frozen {
-    /// Sizes the workspace for a number of actuators.
+    /// Returns the workspace for a number of actuators.
     pub(crate) fn new(inputs: usize) -> Self {
         Self { a: [[0.0; 4]; 4], b: vec![[0.0; 4]; inputs], state: [0.0; 4], actuators: vec![0.0; inputs] }
     }

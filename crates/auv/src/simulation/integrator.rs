@@ -1,6 +1,6 @@
-//! Drives the Runge-Kutta method from one instant to the next, with steps as long as its error allows.
+//! Integration by the Runge-Kutta method from one instant to the next, with adaptive step size.
 //!
-//! Source of the control of the step: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993),
+//! Source of the step size control: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993),
 //! section II.4.
 
 mod runge_kutta;
@@ -11,69 +11,70 @@ use crate::motion::dynamics::Motion;
 use crate::simulation::integrator::runge_kutta::{Step, step};
 use crate::words::Rounded;
 
-/// Of the estimated error of a step; that of the state is far less, and the motion is damped.
+/// Relative tolerance of the estimated error of a step; the error of the state is far smaller, and the motion is
+/// damped.
 const RELATIVE_TOLERANCE: f64 = 1e-10;
 const ABSOLUTE_TOLERANCE: f64 = 1e-11;
-/// Step sizes \[s\].
+/// Initial step size \[s\].
 const FIRST_STEP: f64 = 1e-3;
-/// The usual sample time of an autopilot: two corners of one switch are hardly closer together, and the tolerances are
-/// met by steps of this length in most of a flight.
+/// Largest step size \[s\], the usual sample time of an autopilot: two corners of one switch are hardly closer
+/// together, and steps of this size meet the tolerances during most of a flight.
 const LARGEST_STEP: f64 = 0.02;
 const SMALLEST_STEP: f64 = 1e-12;
-/// The next step is this part of the longest that would have met the tolerance ...
+/// Safety factor of the next step, relative to the longest that would have met the tolerance.
 const SAFETY: f64 = 0.9;
-/// ... and this many times as long as the last, at least and at most.
+/// Least and greatest ratio of the next step to the last.
 const CHANGES: [f64; 2] = [0.2, 5.0];
-/// A step across a corner is repeated ten times shorter, down to this length \[s\]: the error estimate can miss a
+/// Step size \[s\] down to which a step across a corner is repeated ten times shorter: the error estimate can miss a
 /// corner late in a step.
 const CORNER_STEP: f64 = 1e-5;
-/// A switch that moves less than this makes no corner that matters.
+/// Change of a switch below which its corner does not matter.
 const LEAST_SWING: f64 = 1e-6;
-/// An interval shorter than this \[s\] is crossed by one step of Euler's method, whose error is its square.
+/// Length of an interval \[s\] below which one step of Euler's method crosses it, with an error of second order.
 const SHORTEST_INTERVAL: f64 = 1e-11;
-/// An interval may take this many steps, and as many more as steps of [`SMALLEST_MEAN_STEP`] would.
+/// Number of steps allowed per interval, in addition to those of [`SMALLEST_MEAN_STEP`].
 const FREE_STEPS: usize = 1000;
 const SMALLEST_MEAN_STEP: f64 = 1e-5;
-/// No vehicle moves faster through the water \[m/s\] ...
+/// Greatest speed of any vehicle through the water \[m/s\].
 const FASTEST: f64 = 100.0;
-/// ... or turns faster \[rad/s\].
+/// Greatest angular velocity of any vehicle \[rad/s\].
 const FASTEST_TURN: f64 = 100.0;
 
-/// u, w, q, theta, and the way made since the start of the interval: x, depth.
+/// State: u, w, q, theta, and the distance since the start of the interval: x, depth.
 pub(crate) type Body = [f64; 6];
 
-/// Equations of motion with corners: each is smooth where none of its switches changes sign.
+/// Equations of motion with corners: smooth as long as no switch changes sign.
 pub(crate) trait Equations<const N: usize> {
     /// Returns the rate of the state at a time \[s\] after the start of the interval.
     fn rate(&self, time: f64, body: &[f64; N]) -> [f64; N];
 
-    /// Returns the quantities whose sign picks a branch of the equations.
+    /// Returns the quantities whose signs select a branch of the equations.
     fn switches(&self, body: &[f64; N]) -> [f64; SWITCHES];
 
-    /// Returns the motion through the water; its angles may be those of another chart.
+    /// Returns the motion through the water; its angles may belong to another chart.
     fn motion(&self, body: &[f64; N]) -> Motion;
 
-    /// Returns the state in another chart of the attitude, in which the equations hold from then on, if this one ends
-    /// here.
+    /// Returns the state in another chart of the attitude, used by the equations from then on, if the present chart
+    /// ends here.
     fn rechart(&mut self, _body: &[f64; N]) -> Option<[f64; N]> {
         None
     }
 }
 
-/// The number of switches.
+/// Number of switches.
 pub(crate) const SWITCHES: usize = 7;
 
-/// Why the equations of motion could not be integrated.
+/// Reason why the equations of motion could not be integrated.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum IntegrationError {
     /// No step is small enough: the motion diverges.
     #[error("no step above {SMALLEST_STEP} s is accurate enough")]
     StepTooSmall,
-    /// The motion is too fast: the interval would take too many steps.
+    /// The interval takes too many steps: the motion is too fast.
     #[error("more than {steps} steps are needed: the motion is too fast for a vehicle")]
     TooManySteps { steps: usize },
-    /// A speed or a rate is not a number, or one that no vehicle has.
+    /// A speed or a rate is not finite, or larger than that of any vehicle.
     #[error(
         "{state} is {} {unit}, and must be at most {most} {unit} in size, which no vehicle exceeds",
         Rounded(*found)
@@ -81,7 +82,7 @@ pub enum IntegrationError {
     Impossible { state: &'static str, found: f64, most: f64, unit: &'static str },
 }
 
-/// The length of the next step.
+/// Integrator with the size of the next step.
 #[derive(Clone)]
 pub(crate) struct Integrator {
     step: f64,
@@ -92,7 +93,7 @@ impl Integrator {
         Self { step: FIRST_STEP }
     }
 
-    /// The step size that it last proposed \[s\], its only memory from one interval to the next.
+    /// Returns the proposed step size \[s\], the only memory between intervals.
     pub(crate) fn step(&self) -> f64 {
         self.step
     }
@@ -102,7 +103,7 @@ impl Integrator {
         self.step = step;
     }
 
-    /// Returns the state a time `duration` \[s\] after it was `start`; the equations see the time since then.
+    /// Returns the state at a time `duration` \[s\] after `start`; the time of the equations counts from `start`.
     pub(crate) fn advance<const N: usize, F: Equations<N>>(
         &mut self,
         equations: &mut F,
@@ -128,26 +129,26 @@ impl Integrator {
         for _ in 0..most_steps {
             let remaining = duration - time;
             if remaining < SHORTEST_INTERVAL {
-                return possible(equations, std::array::from_fn(|i| state[i] + remaining * rate[i]));
+                return check_speeds(equations, std::array::from_fn(|i| state[i] + remaining * rate[i]));
             }
             let proposed = self.step.clamp(SMALLEST_STEP, LARGEST_STEP);
             let h = proposed.min(remaining);
-            let taken = step(|since, state| equations.rate(time + since, state), &state, &rate, h);
-            let change = change(&state, &taken);
-            let Some(longer) = change.filter(|change| *change >= SAFETY) else {
+            let next = step(|since, state| equations.rate(time + since, state), &state, &rate, h);
+            let step_ratio = step_ratio(&state, &next);
+            let Some(growth) = step_ratio.filter(|step_ratio| *step_ratio >= SAFETY) else {
                 if h <= SMALLEST_STEP {
                     return Err(IntegrationError::StepTooSmall);
                 }
-                self.step = h * change.unwrap_or(CHANGES[0]);
+                self.step = h * step_ratio.unwrap_or(CHANGES[0]);
                 continue;
             };
-            if h > CORNER_STEP && crosses(&equations.switches(&state), &equations.switches(&taken.state)) {
+            if h > CORNER_STEP && crosses(&equations.switches(&state), &equations.switches(&next.state)) {
                 self.step = 0.1 * h;
                 continue;
             }
-            self.step = if h < proposed { proposed.max(h * longer) } else { h * longer };
+            self.step = if h < proposed { proposed.max(h * growth) } else { h * growth };
             time += h;
-            (state, rate) = (possible(equations, taken.state)?, taken.rate);
+            (state, rate) = (check_speeds(equations, next.state)?, next.rate);
             if duration - time >= SHORTEST_INTERVAL
                 && let Some(recharted) = equations.rechart(&state)
             {
@@ -158,22 +159,22 @@ impl Integrator {
     }
 }
 
-/// The factor of the length of a step to the next; below [`SAFETY`] it does not meet the tolerances. `None` if the step
-/// ends in what is no number.
-fn change<const N: usize>(from: &[f64; N], Step { state, error, .. }: &Step<N>) -> Option<f64> {
+/// Returns the ratio of the next step size to the last; below [`SAFETY`] the step does not meet the tolerances. `None`
+/// if the end of the step is not finite.
+fn step_ratio<const N: usize>(from: &[f64; N], Step { state, error, .. }: &Step<N>) -> Option<f64> {
     let part =
         |i: usize| error[i] / (ABSOLUTE_TOLERANCE + RELATIVE_TOLERANCE * from[i].abs().max(state[i].abs()));
     let size = ((0..N).map(|i| part(i) * part(i)).sum::<f64>() / N as f64).sqrt();
     size.is_finite().then(|| (SAFETY * size.powf(-1.0 / 6.0)).clamp(CHANGES[0], CHANGES[1]))
 }
 
-/// Returns whether a switch changes sign from one state to the next.
+/// Returns `true` if a switch changes sign from one state to the next.
 fn crosses(from: &[f64; SWITCHES], to: &[f64; SWITCHES]) -> bool {
     from.iter().zip(to).any(|(from, to)| from * to < 0.0 && (to - from).abs() > LEAST_SWING)
 }
 
-/// Refuses a state with a speed or a rate that no vehicle has.
-fn possible<const N: usize, F: Equations<N>>(
+/// Refuses a state with a speed or a rate that no vehicle reaches.
+fn check_speeds<const N: usize, F: Equations<N>>(
     equations: &F,
     body: [f64; N],
 ) -> Result<[f64; N], IntegrationError> {

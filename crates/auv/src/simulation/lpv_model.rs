@@ -1,4 +1,4 @@
-//! The LPV model of a vehicle: A and B as polynomials in speed, with the trim table.
+//! LPV model of a vehicle: A and B as polynomials in speed, with the trim table.
 
 use crate::states::longitudinal as states;
 use nalgebra::DMatrix;
@@ -8,10 +8,10 @@ use thiserror::Error;
 use crate::motion::level::Pitch;
 use crate::motion::trim::Trim;
 
-/// The `format` of the files that this version reads and writes.
+/// Value of `format` in the files that this version reads and writes.
 pub const LPV_MODEL_FORMAT: &str = "auv-lpv-model/1";
 
-/// One row of the trim table.
+/// Row of the trim table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrimPoint {
@@ -34,16 +34,16 @@ impl From<&Trim> for TrimPoint {
     }
 }
 
-/// A linear model that varies with speed: `x' = A(rho) (x - x_trim(V)) + B(rho) (T - T_trim(V))`.
+/// Linear model that varies with speed: `x' = A(rho) (x - x_trim(V)) + B(rho) (T - T_trim(V))`.
 ///
-/// `A(rho) = sum_k rho^k A_k`, B likewise, with `rho = (V - speed_centre) / speed_half_range` clamped to \[-1, 1\];
-/// the state is x = \[u w q theta\], the inputs T are the outputs of the actuators. Shapes: each A_k 4 x 4, each B_k
-/// 4 x m, as lists of rows. The trim table is in rising order of speed and is interpolated linearly, held beyond its
-/// ends. A model of \[w q theta\] has zeros in the row and the column of u, which is then the speed that is given.
+/// `A(rho) = sum_k rho^k A_k`, B likewise, with `rho = (V - speed_centre) / speed_half_range` clamped to \[-1, 1\]; the
+/// state is x = \[u w q theta\], the inputs T are the outputs of the actuators. Shapes: each A_k 4 x 4, each B_k 4 x m,
+/// as lists of rows. The trim table has increasing speeds and is interpolated linearly, constant beyond its ends. A
+/// model of \[w q theta\] has zeros in the row and the column of u, which is then the given speed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LpvModel {
-    /// [`LPV_MODEL_FORMAT`].
+    /// File format, [`LPV_MODEL_FORMAT`].
     pub format: String,
     /// Name of the vehicle.
     pub vehicle: String,
@@ -53,60 +53,60 @@ pub struct LpvModel {
     pub speed_centre: f64,
     /// Speed between rho = 0 and rho = 1 \[m/s\].
     pub speed_half_range: f64,
-    /// A_0, A_1, ...
+    /// Coefficient matrices A_0, A_1, ...
     pub a: Vec<Vec<Vec<f64>>>,
-    /// B_0, B_1, ...
+    /// Coefficient matrices B_0, B_1, ...
     pub b: Vec<Vec<Vec<f64>>>,
     /// Trim over speed.
     pub trim: Vec<TrimPoint>,
-    /// What became of the pitch in the trims; left out where it is free.
+    /// Pitch rule of the trims; omitted if the pitch is free.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trim_pitch: Option<TrimPitch>,
 }
 
-/// [`Pitch`] as a file has it, where it is not free.
+/// Pitch rule in a file, if the pitch is not free; see [`Pitch`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TrimPitch {
-    /// [`Pitch::Held`] \[rad\].
+    /// Held pitch \[rad\]: [`Pitch::Held`].
     Held(f64),
-    /// [`Pitch::Followed`], along the trim table.
+    /// Branch along the trim table: [`Pitch::Followed`].
     Followed,
 }
 
-/// What is wrong with an LPV model.
+/// Error in an LPV model.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum LpvModelError {
-    /// The text is not the JSON of an LPV model.
+    /// Text that is not the JSON of an LPV model.
     #[error("{file}: not an LPV model: {message}")]
     NotJson { file: String, message: String },
-    /// The file is of another format or version.
+    /// A file of another format or version.
     #[error("`format` is \"{found}\", and must be \"{LPV_MODEL_FORMAT}\"")]
     Format { found: String },
-    /// A matrix has the wrong shape.
+    /// A matrix of wrong shape.
     #[error("`{matrix}[{order}]` is {found}, and must be {rows} x {columns}")]
     Shape { matrix: &'static str, order: usize, found: String, rows: usize, columns: usize },
-    /// There is no coefficient matrix at all.
+    /// A missing coefficient matrix.
     #[error("`{matrix}` is empty, and must hold at least one matrix")]
     Empty { matrix: &'static str },
-    /// A number is not finite.
+    /// A number that is not finite.
     #[error("`{key}` holds {found}, and must hold finite numbers")]
     NotFinite { key: &'static str, found: f64 },
-    /// The half range of speed is not positive.
+    /// A half range of speed that is not positive.
     #[error("`speed_half_range` is {found} m/s, and must be above zero")]
     HalfRange { found: f64 },
-    /// The speeds of the trim table do not rise.
+    /// A trim table whose speeds do not increase.
     #[error("`trim[{row}].speed` is {found} m/s after {previous} m/s, and speeds must rise")]
     SpeedsNotRising { row: usize, found: f64, previous: f64 },
-    /// The model was made for a vehicle with another number of actuators.
+    /// A model for a vehicle with another number of actuators.
     #[error("`{key}` is for {found} actuators, and the vehicle has {expected}")]
     Actuators { key: &'static str, found: usize, expected: usize },
 }
 
 impl LpvModel {
-    /// Builds a model from coefficient matrices of the states of the vehicle, without the depth, and trims, and checks
-    /// it.
+    /// Builds a model from coefficient matrices of the states of the vehicle, without the depth, and from trims, and
+    /// checks it.
     ///
     /// # Errors
     /// [`LpvModelError`] as for [`LpvModel::check`].
@@ -157,7 +157,7 @@ impl LpvModel {
         Ok(model)
     }
 
-    /// Writes the model as JSON, with numbers that read back to the same `f64`.
+    /// Returns the model as JSON, with numbers that read back to the same `f64`.
     ///
     /// # Errors
     /// [`LpvModelError`] as for [`LpvModel::check`]: JSON cannot represent a number that is not finite.
@@ -169,7 +169,7 @@ impl LpvModel {
         })
     }
 
-    /// Returns what becomes of the pitch in a trim of the same kind as those of the table.
+    /// Returns the pitch rule of the trim table.
     pub fn pitch(&self) -> Pitch {
         match self.trim_pitch {
             None => Pitch::Free,
@@ -185,7 +185,7 @@ impl LpvModel {
         self.trim.first().map_or(0, |point| point.actuators.len())
     }
 
-    /// Returns whether theta' depends on q and the operating speed alone. In the equations of motion it is q.
+    /// Returns `true` if theta' depends on q and the operating speed only. In the equations of motion it equals q.
     pub fn turns_with_pitch_rate_alone(&self) -> bool {
         let by_state = self.a.iter().all(|term| [0, 1, 3].iter().all(|&column| term[3][column] == 0.0));
         by_state && self.b.iter().all(|term| term[3].iter().all(|entry| *entry == 0.0))

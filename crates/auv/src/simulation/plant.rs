@@ -1,4 +1,4 @@
-//! The vehicle in motion: commands and current in, motion out.
+//! Simulated vehicle: commands and current as inputs, motion as output.
 
 use std::fmt;
 use std::sync::Arc;
@@ -16,18 +16,18 @@ use crate::simulation::load::Load;
 use crate::simulation::lpv_model::{LpvModel, LpvModelError};
 use crate::simulation::slopes::Slopes;
 use crate::simulation::water::{Pose, Water};
-use crate::simulation::whole::{Side, WholeFlow, joined, motion_of, split};
+use crate::simulation::whole::{LateralState, SixDofFlow, join, motion_of, split};
 use crate::vehicle::Vehicle;
-use crate::vehicle::actuator::{Actuator, Push};
+use crate::vehicle::actuator::{Actuator, ActuatorForces};
 use crate::vehicle::ballast::Ballast;
 use crate::vehicle::coefficients::CoefficientError;
 
-/// Which equations of motion are integrated.
+/// Equations of motion to integrate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fidelity {
-    /// The nonlinear equations.
+    /// Nonlinear equations.
     Nonlinear,
-    /// The LPV model.
+    /// LPV model.
     Lpv,
 }
 
@@ -36,52 +36,53 @@ pub enum Fidelity {
 pub struct State {
     /// Motion through the water.
     pub motion: Motion,
-    /// Horizontal distance in the earth frame, positive the way the vehicle faces, or north for one that turns \[m\].
+    /// Horizontal distance in the earth frame \[m\], positive along the vehicle's heading, or north for six degrees of
+    /// freedom.
     pub x: f64,
     /// Depth \[m\].
     pub depth: f64,
-    /// Heading psi, clockwise from north, not wrapped \[rad\]; 0 of a vehicle in the vertical plane, as the next.
+    /// Heading psi, clockwise from north, not wrapped \[rad\]; 0 for a vehicle in the vertical plane.
     pub heading: f64,
-    /// Way made east \[m\].
+    /// Distance east \[m\]; 0 for a vehicle in the vertical plane.
     pub east: f64,
-    /// Depth of the bottom under the vehicle \[m\]. A plant knows of no bottom, and gives the default one.
+    /// Depth of the bottom below the vehicle \[m\]; a plant, which has no bottom, returns the default one.
     pub bottom: f64,
 }
 
 impl State {
-    /// Where the vehicle is and how it lies.
+    /// Returns position and attitude of the vehicle.
     pub fn pose(&self) -> Pose {
         let Self { motion: Motion { phi, theta, .. }, x, depth, heading, east, .. } = *self;
         Pose { north: x, east, depth, roll: phi, pitch: theta, heading }
     }
 
-    /// In the vertical plane.
+    /// Returns a state in the vertical plane.
     pub fn in_plane(motion: Motion, x: f64, depth: f64) -> Self {
         Self { motion, x, depth, heading: 0.0, east: 0.0, bottom: Bottom::default().depth_at(x, 0.0) }
     }
 }
 
-/// A vehicle in motion, with its workspace: no step allocates.
+/// Simulated vehicle with its workspace: no step allocates.
 ///
 /// A vehicle with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations;
-/// others in the vertical plane.
+/// others move in the vertical plane.
 ///
 /// Commands, current and operating speed are held between calls of [`Plant::advance`]. The lag of an actuator is
-/// integrated in closed form, everything else by an adaptive Runge-Kutta method of order 6, so that the motion
-/// hardly depends on how an interval is divided.
+/// integrated in closed form, everything else by an adaptive Runge-Kutta method of order 6, so that the motion barely
+/// depends on the division of an interval.
 #[derive(Clone)]
 pub struct Plant {
     pub(crate) dynamics: Dynamics,
     pub(crate) actuators: Arc<[Actuator]>,
-    /// Those of the actuators.
-    pub(crate) pushes: Arc<[Push]>,
+    /// Forces of the actuators.
+    pub(crate) actuator_forces: Arc<[ActuatorForces]>,
     pub(crate) lpv: Option<Arc<LpvModel>>,
     pub(crate) fidelity: Fidelity,
     pub(crate) time: f64,
     pub(crate) body: Body,
-    /// What leaves the vertical plane, of a vehicle that does.
-    pub(crate) side: Option<Side>,
-    /// Whether surge, heave and pitch are held.
+    /// Lateral state \[v p r phi psi east\]; `None` for a vehicle in the vertical plane.
+    pub(crate) lateral: Option<LateralState>,
+    /// `true` if surge, heave and pitch are held.
     pub(crate) is_held: bool,
     pub(crate) outputs: Vec<f64>,
     pub(crate) commands: Vec<f64>,
@@ -91,14 +92,14 @@ pub struct Plant {
     pub(crate) given_speed: f64,
     pub(crate) load: Load,
     pub(crate) slopes: Slopes,
-    /// Whether any of the slopes is not zero.
-    pub(crate) moving: bool,
+    /// `true` if any of the slopes is nonzero.
+    pub(crate) has_slopes: bool,
     pub(crate) frozen: Frozen,
     pub(crate) integrator: Integrator,
 }
 
 impl Plant {
-    /// Creates a plant at rest at the origin, nonlinear, every command zero.
+    /// Returns a nonlinear plant at rest at the origin, with all commands zero.
     ///
     /// # Errors
     /// [`CoefficientError`] if the vehicle's coefficients are not allowed.
@@ -107,12 +108,12 @@ impl Plant {
         Ok(Self {
             dynamics: Dynamics::new(&vehicle.coefficients)?,
             actuators: vehicle.actuators.as_slice().into(),
-            pushes: vehicle.actuators.iter().map(Push::of).collect(),
+            actuator_forces: vehicle.actuators.iter().map(ActuatorForces::of).collect(),
             lpv: None,
             fidelity: Fidelity::Nonlinear,
             time: 0.0,
             body: [0.0; 6],
-            side: vehicle.coefficients.leaves_plane().then_some([0.0; 6]),
+            lateral: vehicle.coefficients.leaves_plane().then_some([0.0; 6]),
             is_held: false,
             outputs: vec![0.0; inputs],
             commands: vec![0.0; inputs],
@@ -122,13 +123,13 @@ impl Plant {
             given_speed: 0.0,
             load: Load::default(),
             slopes: Slopes::held(inputs),
-            moving: false,
+            has_slopes: false,
             frozen: Frozen::new(inputs),
             integrator: Integrator::new(),
         })
     }
 
-    /// Gives the plant an LPV model; [`Plant::set_fidelity`] switches to it.
+    /// Adds an LPV model to the plant; [`Plant::set_fidelity`] switches to it.
     ///
     /// # Errors
     /// [`LpvModelError`] if the model is malformed or for another number of actuators.
@@ -143,21 +144,21 @@ impl Plant {
         Ok(self)
     }
 
-    /// Chooses the equations of motion.
+    /// Selects the equations of motion.
     ///
     /// # Errors
     /// [`SimulationError::NoLpvModel`] if the LPV model is selected but the plant has none.
     pub fn set_fidelity(&mut self, fidelity: Fidelity) -> Result<(), SimulationError> {
-        // That of a vehicle in the vertical plane is none of one that leaves it.
-        if fidelity == Fidelity::Lpv && (self.lpv.is_none() || self.side.is_some()) {
+        // An LPV model of the vertical plane is not valid for six degrees of freedom.
+        if fidelity == Fidelity::Lpv && (self.lpv.is_none() || self.lateral.is_some()) {
             return Err(SimulationError::NoLpvModel);
         }
         self.fidelity = fidelity;
         Ok(())
     }
 
-    /// Puts the plant into a trim at x = 0, heading north: every actuator at its trim output and commanded to stay
-    /// there, the operating speed and a given one those of the trim, the current as it is.
+    /// Sets the plant to a trim at x = 0, heading north: every actuator output and command at trim, operating speed and
+    /// given speed those of the trim; the current is unchanged.
     ///
     /// # Errors
     /// [`SimulationError::TrimActuators`] if the trim has another number of actuators.
@@ -180,18 +181,18 @@ impl Plant {
     pub fn set_state(&mut self, state: &State) {
         let Motion { u, v, w, p, q, r, phi, theta } = state.motion;
         self.body = [u, w, q, theta, state.x, state.depth];
-        self.side = self.side.map(|_| [v, p, r, phi, state.heading, state.east]);
+        self.lateral = self.lateral.map(|_| [v, p, r, phi, state.heading, state.east]);
     }
 
-    /// Holds surge, heave and pitch from now on as they are in a trim, whatever acts there: a vehicle on which another
-    /// autopilot keeps level flight.
+    /// Holds surge, heave and pitch at a trim from now on, regardless of the forces, as if another autopilot kept level
+    /// flight.
     pub fn hold_level(&mut self, trim: &Trim) {
         let Motion { u, w, q, theta, .. } = trim.motion();
         self.body[..4].copy_from_slice(&[u, w, q, theta]);
         self.is_held = true;
     }
 
-    /// Commands an actuator \[N or rad\]; beyond its limits it goes to the limit.
+    /// Sets the command of an actuator \[N or rad\]; beyond its limits it saturates.
     ///
     /// # Errors
     /// [`SimulationError`] if the command is not finite or there is no such actuator.
@@ -205,8 +206,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Sets the current. The velocity over ground does not jump: the vehicle has mass, so the
-    /// velocity through the water changes instead.
+    /// Sets the current. The velocity over ground is continuous because of the inertia of the vehicle: the velocity
+    /// through the water changes instead.
     ///
     /// # Errors
     /// [`SimulationError::InputNotFinite`].
@@ -227,30 +228,30 @@ impl Plant {
         Ok(())
     }
 
-    /// Puts the plant into water that moves beside the current. The velocity over ground does not jump.
+    /// Puts the plant into moving water in addition to the current. The velocity over ground is continuous.
     #[must_use]
     pub fn with_water(mut self, water: Arc<dyn Water>) -> Self {
-        let now = self.instant();
+        let instant = self.instant();
         self.water = Some(water);
-        self.set_motion_over_ground(&now);
+        self.set_motion_over_ground(&instant);
         self
     }
 
-    /// Puts other water about the plant, which is yet to be [restored](Plant::restore) in it.
+    /// Replaces the water around the plant, before it is [restored](Plant::restore) in it.
     pub fn set_water(&mut self, water: Option<Arc<impl Water + 'static>>) {
         self.water = water.map(|water| water as Arc<dyn Water>);
     }
 
-    /// The velocity of the water where the vehicle is: the current, and what moves beside it.
+    /// Returns the velocity of the water at the vehicle: the current plus the motion of the water.
     pub fn flow(&self) -> Current {
         let water = self.water.as_ref().map(|water| water.at(self.time, &self.state().pose()));
         let all = self.current + water.unwrap_or_default().velocity;
-        self.meets(all.in_earth()).into()
+        self.project_velocity(all.in_earth()).into()
     }
 
-    /// A velocity north, east and down without what a vehicle in the vertical plane does not meet.
-    pub(crate) fn meets<D: Scalar>(&self, [north, east, down]: [D; 3]) -> [D; 3] {
-        [north, if self.side.is_some() { east } else { D::from(0.0) }, down]
+    /// Returns a velocity north, east and down, without its east component for a vehicle in the vertical plane.
+    pub(crate) fn project_velocity<D: Scalar>(&self, [north, east, down]: [D; 3]) -> [D; 3] {
+        [north, if self.lateral.is_some() { east } else { D::from(0.0) }, down]
     }
 
     /// Sets the speed at which the LPV model is evaluated \[m/s\]; the nonlinear equations do not use it.
@@ -263,7 +264,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Gives a speed u through the water \[m/s\] to a vehicle that takes one; others do not use it.
+    /// Sets the given speed u through the water \[m/s\]; unused by vehicles with free surge.
     ///
     /// # Errors
     /// [`SimulationError::InputNotFinite`].
@@ -273,7 +274,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Sets a load from outside. Where the speed is given, X has no effect.
+    /// Sets an external load; X has no effect if the speed is given.
     ///
     /// # Errors
     /// [`SimulationError::InputNotFinite`].
@@ -285,25 +286,25 @@ impl Plant {
         Ok(())
     }
 
-    /// The load from outside.
+    /// Returns the external load.
     pub fn load(&self) -> Load {
         self.load
     }
 
-    /// Changes weight, buoyancy and centre of gravity, and the mass with them; the motion goes on as it is.
+    /// Sets weight, buoyancy and centre of gravity, and the mass with them; the motion is continuous.
     ///
     /// # Errors
-    /// [`CoefficientError`]; the plant is then as it was.
+    /// [`CoefficientError`]; the plant is unchanged then.
     pub fn set_ballast(&mut self, ballast: &Ballast) -> Result<(), CoefficientError> {
         self.dynamics.set_ballast(ballast)
     }
 
-    /// Weight, buoyancy, centre of gravity and mass in use.
+    /// Returns weight, buoyancy, centre of gravity and mass in use.
     pub fn ballast(&self) -> Ballast {
         self.dynamics.coefficients().ballast()
     }
 
-    /// Lets the inputs change at constant rates from now on; [`Plant::advance`] carries them along.
+    /// Sets constant rates of change of the inputs; [`Plant::advance`] applies them.
     ///
     /// # Errors
     /// [`SimulationError`] if a rate is not finite or belongs to no actuator.
@@ -324,14 +325,14 @@ impl Plant {
         [self.slopes.operating_speed, self.slopes.given_speed] = speeds;
         self.slopes.load = slopes.load;
         let held = slopes.current == Current::default() && speeds == [0.0; 2] && slopes.load == [0.0; 6];
-        self.moving = !held || slopes.commands.iter().any(|rate| *rate != 0.0);
+        self.has_slopes = !held || slopes.commands.iter().any(|rate| *rate != 0.0);
         Ok(())
     }
 
-    /// Moves the vehicle to an instant \[s\], all inputs held or changing at their rates.
+    /// Advances the vehicle to an instant \[s\], with all inputs held or changing at their rates.
     ///
     /// # Errors
-    /// [`SimulationError`] if time would run backwards or the motion runs off; the plant then stays where it was.
+    /// [`SimulationError`] if time would run backwards or the motion diverges; the plant is unchanged then.
     pub fn advance(&mut self, to: f64) -> Result<(), SimulationError> {
         finite("time", to)?;
         let (from, duration) = (self.time, to - self.time);
@@ -347,14 +348,14 @@ impl Plant {
         }
         let model = match lpv {
             None => Model::Nonlinear,
-            Some(model) if self.moving => Model::Scheduled(model, self.operating_speed),
+            Some(model) if self.has_slopes => Model::Scheduled(model, self.operating_speed),
             Some(_) => Model::Frozen(&self.frozen),
         };
         let State { x, east, .. } = self.state();
         let mut flow = Flow {
             dynamics: &self.dynamics,
             actuators: &self.actuators,
-            pushes: &self.pushes,
+            actuator_forces: &self.actuator_forces,
             outputs: &self.outputs,
             commands: &self.commands,
             current: self.current,
@@ -362,31 +363,34 @@ impl Plant {
             model,
             given: self.given_speed,
             load: self.load,
-            slopes: self.moving.then_some(&self.slopes),
+            slopes: self.has_slopes.then_some(&self.slopes),
             water: self.water.as_deref().map(|water| (water, from, [x, east])),
         };
         let [u, w, q, theta, x, depth] = self.body;
         let start = [u, w, q, theta, 0.0, 0.0];
-        let failed = |source| SimulationError::Integration { from, to, source };
-        let end = match self.side {
-            None => self.integrator.advance(&mut flow, &start, duration).map_err(failed)?,
+        let integration_error = |source| SimulationError::Integration { from, to, source };
+        let end = match self.lateral {
+            None => self.integrator.advance(&mut flow, &start, duration).map_err(integration_error)?,
             Some([v, p, r, phi, heading, east]) => {
-                let mut whole = WholeFlow { flow, is_held: self.is_held, last_usual: None };
-                let start = joined(start, [v, p, r, phi, heading, 0.0]);
-                let end = self.integrator.advance(&mut whole, &start, duration).map_err(failed)?;
-                let (body, [v, p, r, phi, heading, made]) = split(&whole.with_usual_angles(&end));
-                self.side = Some([v, p, r, phi, heading, east + made]);
+                let mut flow_six_dof = SixDofFlow { flow, is_held: self.is_held, last_usual: None };
+                let start = join(start, [v, p, r, phi, heading, 0.0]);
+                let end = self
+                    .integrator
+                    .advance(&mut flow_six_dof, &start, duration)
+                    .map_err(integration_error)?;
+                let (body, [v, p, r, phi, heading, travelled]) = split(&flow_six_dof.with_usual_angles(&end));
+                self.lateral = Some([v, p, r, phi, heading, east + travelled]);
                 body
             }
         };
         self.body = [end[0], end[1], end[2], end[3], x + end[4], depth + end[5]];
-        self.carry_inputs(duration);
+        self.advance_inputs(duration);
         self.time = to;
         Ok(())
     }
 
     /// Advances the outputs of the actuators and the inputs.
-    pub(crate) fn carry_inputs(&mut self, duration: f64) {
+    pub(crate) fn advance_inputs(&mut self, duration: f64) {
         let actuators = self.actuators.iter().zip(&mut self.outputs);
         let inputs = self.commands.iter_mut().zip(&self.slopes.commands);
         for ((actuator, output), (command, slope)) in actuators.zip(inputs) {
@@ -401,67 +405,67 @@ impl Plant {
         }
     }
 
-    /// The speed at which the LPV model is evaluated \[m/s\].
+    /// Returns the speed at which the LPV model is evaluated \[m/s\].
     pub fn operating_speed(&self) -> f64 {
         self.operating_speed
     }
 
-    /// The speed that is given to a vehicle that takes one \[m/s\].
+    /// Returns the given speed \[m/s\]; unused by vehicles with free surge.
     pub fn given_speed(&self) -> f64 {
         self.given_speed
     }
 
-    /// Sets the output of an actuator \[N or rad\], whatever its lag.
+    /// Sets the output of an actuator \[N or rad\], bypassing its lag.
     ///
     /// # Panics
-    /// If there is no such actuator.
+    /// Panics if there is no such actuator.
     pub fn set_output(&mut self, index: usize, output: f64) {
         self.outputs[index] = output;
     }
 
-    /// The time reached \[s\].
+    /// Returns the present time \[s\].
     pub fn time(&self) -> f64 {
         self.time
     }
 
-    /// Position, and motion through the water.
+    /// Returns position, and motion through the water.
     pub fn state(&self) -> State {
         let [_, _, _, _, x, depth] = self.body;
-        let (motion, heading) = motion_of(&joined(self.body, self.side.unwrap_or_default()));
-        let east = self.side.map_or(0.0, |side| side[5]);
+        let (motion, heading) = motion_of(&join(self.body, self.lateral.unwrap_or_default()));
+        let east = self.lateral.map_or(0.0, |lateral| lateral[5]);
         State { motion, x, depth, heading, east, bottom: Bottom::default().depth_at(x, east) }
     }
 
-    /// The actuators.
+    /// Returns the actuators.
     pub fn actuators(&self) -> &[Actuator] {
         &self.actuators
     }
 
-    /// The output of each actuator \[N or rad\].
+    /// Returns the output of each actuator \[N or rad\].
     pub fn outputs(&self) -> &[f64] {
         &self.outputs
     }
 
-    /// The current.
+    /// Returns the current.
     pub fn current(&self) -> Current {
         self.current
     }
 
-    /// Speed through the water, sqrt(u^2 + v^2 + w^2) \[m/s\].
+    /// Returns the speed through the water, sqrt(u^2 + v^2 + w^2) \[m/s\].
     pub fn speed(&self) -> f64 {
         let Motion { u, v, w, .. } = self.state().motion;
         u.hypot(w).hypot(v)
     }
 
-    /// Velocity over ground along the body axes \[m/s\]: surge, sway, heave.
+    /// Returns the velocity over ground in body axes \[m/s\]: surge, sway, heave.
     pub fn velocity_over_ground(&self) -> [f64; 3] {
         let State { motion, heading, .. } = self.state();
         let [u_c, v_c, w_c] = motion.along_body(heading, self.flow().in_earth());
         [motion.u + u_c, motion.v + v_c, motion.w + w_c]
     }
 
-    /// Velocity over ground in the earth frame \[m/s\]: north, or horizontal in the vertical plane, east, and down (the
-    /// rate of depth).
+    /// Returns the velocity over ground in the earth frame \[m/s\]: north, or horizontal in the vertical plane; east;
+    /// and down (the depth rate).
     pub fn earth_velocity(&self) -> [f64; 3] {
         let State { motion, heading, .. } = self.state();
         let ([north, east, down], [north_c, east_c, down_c]) =
@@ -492,9 +496,9 @@ mod tests {
         Vehicle::parse(&std::fs::read_to_string(file).unwrap(), "vehicle.toml").unwrap()
     }
 
-    /// Many short intervals with held inputs in the middle of each come to the same, to second order.
+    /// Many short intervals, with inputs held at their midpoint values, agree with a ramp to second order.
     #[test]
-    fn a_ramp_is_the_limit_of_stairs() {
+    fn ramp_is_the_limit_of_a_staircase() {
         let vehicle = vehicle();
         let (command, slope) = (20.0, 200.0);
         let mut plants = [1, 4000].map(|pieces| {
@@ -508,11 +512,11 @@ mod tests {
                 |time: f64| Current { horizontal: 0.3 * time, vertical: -0.2 * time, ..Current::default() };
             for piece in 0..*pieces {
                 let (from, middle) = (f64::from(piece) * h, (f64::from(piece) + 0.5) * h);
-                let whole = *pieces == 1;
-                let at = if whole { from } else { middle };
+                let is_ramp = *pieces == 1;
+                let at = if is_ramp { from } else { middle };
                 plant.set_command(0, command + slope * at).unwrap();
                 plant.set_current(current(at)).unwrap();
-                if whole {
+                if is_ramp {
                     let mut slopes = Slopes::held(vehicle.actuators.len());
                     (slopes.commands[0], slopes.current) = (slope, current(1.0));
                     plant.set_slopes(&slopes).unwrap();
@@ -532,7 +536,7 @@ mod tests {
     }
 
     #[test]
-    fn a_command_that_crosses_both_limits_is_cut_at_each() {
+    fn command_across_both_limits_saturates_at_each() {
         let mut actuator = vehicle().actuators[0].clone();
         (actuator.min, actuator.max) = (-10.0, 30.0);
         for lag in [0.0, 0.2] {

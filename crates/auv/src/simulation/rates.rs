@@ -1,25 +1,25 @@
-//! The motion at one instant as states and their rates, for other integrators and for exact derivatives.
+//! Motion at one instant as states and their rates, for external integrators and for exact derivatives.
 //!
-//! The states are the velocities over ground along the body, not those through the water: the vehicle has mass, so that
-//! they are continuous where the current jumps.
+//! The states are the velocities over ground in body axes, not those through the water: because of the inertia of the
+//! vehicle they are continuous when the current jumps.
 
 use crate::motion::dynamics::{Motion, add};
 use crate::scalar::Scalar;
 use crate::simulation::current::Current;
-use crate::simulation::load::{Load, in_plane, sideways, sum};
+use crate::simulation::load::{Load, in_plane, out_of_plane, sum};
 use crate::simulation::lpv_model::LpvModel;
 use crate::simulation::plant::{Fidelity, Plant, State};
 use crate::simulation::water::{Pose, WaterMotion};
-use crate::vehicle::actuator::{Actuator, Push};
+use crate::vehicle::actuator::{Actuator, ActuatorForces};
 
-/// The places of the states in an [`Instant`], and of their rates in [`Rates`].
+/// Indices of the states in an [`Instant`], and of their rates in [`Rates`].
 #[allow(missing_docs, reason = "the words beside them say what they are")]
 pub mod index {
-    // Velocities over ground along the body, m/s: forward, to starboard, down.
+    // Velocities over ground in body axes, m/s: forward, to starboard, down.
     pub const SURGE: usize = 0;
     pub const SWAY: usize = 1;
     pub const HEAVE: usize = 2;
-    // Angular velocities about the axes of the body, rad/s.
+    // Angular velocities about the body axes, rad/s.
     pub const P: usize = 3;
     pub const Q: usize = 4;
     pub const R: usize = 5;
@@ -27,30 +27,30 @@ pub mod index {
     pub const ROLL: usize = 6;
     pub const PITCH: usize = 7;
     pub const HEADING: usize = 8;
-    // The place, m: north, or the horizontal distance in the vertical plane; east; depth.
+    // Position, m: north, or the horizontal distance in the vertical plane; east; depth.
     pub const NORTH: usize = 9;
     pub const EAST: usize = 10;
     pub const DEPTH: usize = 11;
-    // How many these are.
+    // Number of states.
     pub const STATES: usize = 12;
 }
 
 use index::{DEPTH, EAST, HEADING, NORTH, PITCH, ROLL, STATES};
 
-/// The motion at one instant, and what acts on it. In the vertical plane sway, p, r, roll, heading and east are 0.
+/// Motion and inputs at one instant. In the vertical plane sway, p, r, roll, heading and east are 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant<D = f64> {
     /// Time \[s\].
     pub time: D,
-    /// The states, by [`index`].
+    /// States, by [`index`].
     pub state: [D; STATES],
-    /// The velocity of the water where the vehicle is, north (or horizontal), east and down \[m/s\].
+    /// Velocity of the water at the vehicle, north (or horizontal), east and down \[m/s\].
     pub current: [D; 3],
     /// Speed at which the LPV model is evaluated \[m/s\].
     pub operating_speed: D,
-    /// The speed that is given to a vehicle that takes one \[m/s\].
+    /// Given speed \[m/s\]; unused by vehicles with free surge.
     pub given_speed: D,
-    /// The load from outside.
+    /// External load.
     pub load: Load<D>,
 }
 
@@ -58,7 +58,7 @@ pub struct Instant<D = f64> {
 pub type Rates<D = f64> = [D; STATES];
 
 impl<D: Scalar> Instant<D> {
-    /// Nothing of anything; what is set in it carries derivatives alone.
+    /// Returns an instant with all values zero, for use with derivatives only.
     pub fn zero() -> Self {
         let zero = D::from(0.0);
         Self {
@@ -71,26 +71,26 @@ impl<D: Scalar> Instant<D> {
         }
     }
 
-    /// The motion over ground.
+    /// Returns the motion over ground.
     fn over_ground(&self) -> Motion<D> {
         let [u, v, w, p, q, r, phi, theta, ..] = self.state;
         Motion { u, v, w, p, q, r, phi, theta }
     }
 
-    /// The velocity of the water along the body.
+    /// Returns the velocity of the water in body axes.
     fn water(&self) -> [D; 3] {
         self.over_ground().along_body(self.state[HEADING], self.current)
     }
 
-    /// Where the vehicle is, and when.
+    /// Returns the time and the pose of the vehicle.
     fn pose(&self) -> (f64, Pose) {
         let [.., roll, pitch, heading, north, east, depth] = self.state.map(|one| one.re());
         (self.time.re(), Pose { north, east, depth, roll, pitch, heading })
     }
 
-    /// What the derivatives carry time, north, east and depth by, and a turn about each axis of the body: the inverse
-    /// of [`Motion::turning`].
-    fn moved(&self) -> [D; 7] {
+    /// Returns the derivative parts of time, north, east and depth, and of the rotation about each body axis: the
+    /// inverse of [`Motion::turning`].
+    fn variations(&self) -> [D; 7] {
         let of = |one: D| one - one.re();
         let [roll, pitch, heading] = [ROLL, PITCH, HEADING].map(|index| of(self.state[index]));
         let ((sin, cos), (sin_phi, cos_phi)) =
@@ -101,52 +101,55 @@ impl<D: Scalar> Instant<D> {
         [of(self.time), north, east, depth, roll - heading * sin, starboard, down]
     }
 
-    /// The motion through the water.
+    /// Returns the motion through the water.
     pub fn motion(&self) -> Motion<D> {
         let (motion, [u_c, v_c, w_c]) = (self.over_ground(), self.water());
         Motion { u: motion.u - u_c, v: motion.v - v_c, w: motion.w - w_c, ..motion }
     }
 }
 
-/// Three or six numbers with their derivatives by what [`Instant::moved`] returns.
+/// Returns values with derivatives, from their slopes with respect to the quantities of [`Instant::variations`].
 fn along<D: Scalar, const N: usize>(instant: &Instant<D>, values: [f64; N], slopes: [[f64; N]; 7]) -> [D; N] {
-    let moved = instant.moved();
+    let variations = instant.variations();
     let of = |i: usize| {
-        moved.into_iter().zip(slopes).fold(D::from(values[i]), |sum, (moved, slope)| sum + moved * slope[i])
+        variations
+            .into_iter()
+            .zip(slopes)
+            .fold(D::from(values[i]), |sum, (variation, slope)| sum + variation * slope[i])
     };
     std::array::from_fn(of)
 }
 
-/// A number between two others.
-fn within<D: Scalar>(value: D, least: f64, most: f64) -> D {
+/// Returns a value clamped to limits.
+fn clamp<D: Scalar>(value: D, least: f64, greatest: f64) -> D {
     if value.re() < least {
         D::from(least)
-    } else if value.re() > most {
-        D::from(most)
+    } else if value.re() > greatest {
+        D::from(greatest)
     } else {
         value
     }
 }
 
 impl Actuator {
-    /// Returns the command within the limits.
+    /// Returns the command clamped to the limits.
     pub fn saturate<D: Scalar>(&self, command: D) -> D {
-        within(command, self.min, self.max)
+        clamp(command, self.min, self.max)
     }
 
-    /// Returns the rate of the output, `(sat(command) - output) / lag` within the limit of the rate; zero without lag,
-    /// where the output is no state.
+    /// Returns the rate of the output, `(sat(command) - output) / lag` within the rate limit; zero without lag, where
+    /// the output is no state.
     pub fn output_rate<D: Scalar>(&self, output: D, command: D) -> D {
         if self.lag <= 0.0 {
             return D::from(0.0);
         }
-        let most = self.rate.unwrap_or(f64::INFINITY);
-        within((self.saturate(command) - output) / self.lag, -most, most)
+        let limit = self.rate.unwrap_or(f64::INFINITY);
+        clamp((self.saturate(command) - output) / self.lag, -limit, limit)
     }
 }
 
 impl Plant {
-    /// The motion at this instant, with velocities over ground, and what acts on it.
+    /// Returns the motion at the present instant, with velocities over ground, and the inputs.
     pub fn instant(&self) -> Instant {
         let State { motion, x, depth, heading, east, .. } = self.state();
         let [surge, sway, heave] = self.velocity_over_ground();
@@ -161,7 +164,7 @@ impl Plant {
         }
     }
 
-    /// Sets the motion by its velocities over ground, in the water there.
+    /// Sets the motion from its velocities over ground, in the water at the vehicle.
     pub fn set_motion_over_ground(&mut self, instant: &Instant) {
         let [.., heading, x, east, depth] = instant.state;
         let over_ground = instant.over_ground();
@@ -172,7 +175,7 @@ impl Plant {
         self.set_state(&State { motion, x, depth, heading, east, ..self.state() });
     }
 
-    /// Goes to a time \[s\] as it moves over ground, for an integrator that moves it.
+    /// Sets the time \[s\] at constant motion over ground, for an external integrator.
     pub fn set_time(&mut self, time: f64) {
         if self.water.is_none() {
             self.time = time;
@@ -183,8 +186,8 @@ impl Plant {
         self.set_motion_over_ground(&now);
     }
 
-    /// Adds the motion of the water beside the current, where the vehicle is, to an instant whose water is the current.
-    /// Derivatives that the instant carries are carried on.
+    /// Adds the motion of the water at the vehicle to an instant that contains only the current. Derivatives of the
+    /// instant are propagated.
     #[must_use]
     pub fn in_water<D: Scalar>(&self, current: &Instant<D>) -> Instant<D> {
         let Some(water) = &self.water else { return *current };
@@ -192,35 +195,35 @@ impl Plant {
         let WaterMotion { velocity, by_time, by_place: [x, y, z], by_turn: [p, q, r], .. } =
             water.at(time, &pose);
         let slopes = [by_time, x, y, z, p, q, r].map(Current::in_earth);
-        let met = along(current, velocity.in_earth(), slopes);
-        Instant { current: add(current.current, self.meets(met)), ..*current }
+        let water_velocity = along(current, velocity.in_earth(), slopes);
+        Instant { current: add(current.current, self.project_velocity(water_velocity)), ..*current }
     }
 
-    /// The load of the water and of what else pushes from outside.
+    /// Returns the load of the water plus the external load.
     fn load_at<D: Scalar>(&self, instant: &Instant<D>) -> Load<D> {
         let Some(water) = &self.water else { return instant.load };
         let (time, pose) = instant.pose();
         let push = water.at(time, &pose).load;
-        // Without derivatives to carry none are needed.
+        // Slopes are needed only if there are derivatives.
         let slopes = if D::NDERIV == 0 { [[0.0; 6]; 7] } else { water.load_slopes(time, &pose) };
         sum(instant.load, along(instant, push, slopes))
     }
 
-    /// Returns the rates of the motion, `output(i)` being that of actuator i \[N or rad\].
+    /// Returns the rates of the motion; `output(i)` is the output of actuator i \[N or rad\].
     ///
-    /// The water has the velocity \[u_c v_c w_c\] along the body, which turns: with `u = u_g - u_c`, and so on,
+    /// The water has the velocity \[u_c v_c w_c\] in the rotating body axes: with `u = u_g - u_c`, and so on,
     ///
     /// ```text
     /// u_g' = u' - q w_c + r v_c   v_g' = v' - r u_c + p w_c   w_g' = w' + q u_c - p v_c
     /// ```
     ///
-    /// and u' to r' by the equations of motion in use, under a steady current; water that moves otherwise changes the
-    /// velocities over ground by its load alone. By the LPV model q is theta'.
+    /// and u' to r' from the selected equations of motion under a steady current; other motion of the water changes the
+    /// velocities over ground through its load only. In the LPV model q is theta'.
     pub fn rates<D: Scalar>(&self, instant: &Instant<D>, output: impl Fn(usize) -> D) -> Rates<D> {
         let motion = instant.motion();
         let (actuators, dynamics) = (self.actuators(), self.dynamics.lifted());
         let outputs = || (0..actuators.len()).map(&output);
-        let force: [D; 6] = Push::all(&self.pushes, motion.u, outputs());
+        let force: [D; 6] = ActuatorForces::all(&self.actuator_forces, motion.u, outputs());
         let depth = instant.state[DEPTH];
         let [du, dw, dq, q, turning] = match (self.fidelity, &self.lpv) {
             (Fidelity::Lpv, Some(model)) => {
@@ -235,7 +238,7 @@ impl Plant {
                 [du, dw, dq, motion.q, motion.turning()[1]]
             }
         };
-        let [dv, dp, dr] = if self.side.is_some() {
+        let [dv, dp, dr] = if self.lateral.is_some() {
             dynamics.lateral_acceleration(&motion, depth, [force[3], force[4], force[5]])
         } else {
             [D::from(0.0); 3]
@@ -243,19 +246,21 @@ impl Plant {
         let du = self.dynamics.coefficients().surge.rate(motion.u, instant.given_speed).unwrap_or(du);
         let [u_c, v_c, w_c] = instant.water();
         let load = self.load_at(instant);
-        let ([push_u, push_w, push_q], [push_v, push_p, push_r]) =
-            (dynamics.pushed(in_plane(load)), dynamics.pushed_sideways(sideways(load)));
+        let ([load_u, load_w, load_q], [load_v, load_p, load_r]) = (
+            dynamics.load_acceleration(in_plane(load)),
+            dynamics.lateral_load_acceleration(out_of_plane(load)),
+        );
         let over_ground = instant.over_ground();
         let [roll, _, heading] = over_ground.turning();
         let [north, east, down] = over_ground.velocity(instant.state[HEADING]);
         let Motion { p, r, .. } = motion;
         [
-            du - q * w_c + r * v_c + push_u,
-            dv - r * u_c + p * w_c + push_v,
-            dw + q * u_c - p * v_c + push_w,
-            dp + push_p,
-            dq + push_q,
-            dr + push_r,
+            du - q * w_c + r * v_c + load_u,
+            dv - r * u_c + p * w_c + load_v,
+            dw + q * u_c - p * v_c + load_w,
+            dp + load_p,
+            dq + load_q,
+            dr + load_r,
             roll,
             turning,
             heading,
@@ -267,8 +272,8 @@ impl Plant {
 }
 
 impl LpvModel {
-    /// Returns `A(rho) (x - x_trim(V)) + B(rho) (T - T_trim(V))` at a speed V \[m/s\] that may carry derivatives,
-    /// the right-hand ones at a corner.
+    /// Returns `A(rho) (x - x_trim(V)) + B(rho) (T - T_trim(V))` at a speed V \[m/s\] that may carry derivatives, the
+    /// right-hand ones at a corner.
     pub(crate) fn derivative<D: Scalar>(
         &self,
         speed: D,
@@ -288,8 +293,8 @@ impl LpvModel {
         };
         let (below, above, held) = self.bracket(speed.re());
         let span = above.speed - below.speed;
-        let within = speed.re() >= below.speed && held < 1.0 && span > 0.0;
-        let weight = if within { (speed - below.speed) / span } else { D::from(held) };
+        let inside = speed.re() >= below.speed && held < 1.0 && span > 0.0;
+        let weight = if inside { (speed - below.speed) / span } else { D::from(held) };
         let between = |from: f64, to: f64| weight * (to - from) + from;
         let trim = [
             between(below.forward_speed, above.forward_speed),
@@ -304,9 +309,9 @@ impl LpvModel {
             }
         }
         for (j, output) in outputs.enumerate() {
-            let off = output - between(below.actuators[j], above.actuators[j]);
+            let deviation = output - between(below.actuators[j], above.actuators[j]);
             for (i, sum) in derivative.iter_mut().enumerate() {
-                *sum += entry(&self.b, i, j) * off;
+                *sum += entry(&self.b, i, j) * deviation;
             }
         }
         derivative
@@ -327,24 +332,24 @@ mod tests {
         Vehicle::parse(&std::fs::read_to_string(file).unwrap(), "vehicle.toml").unwrap()
     }
 
-    /// A short flight moves as the rates say, to second order in its length, in still water and under oblique waves, in
+    /// A short flight agrees with the rates to second order in its length, in still water and under oblique waves, in
     /// six degrees of freedom and in the vertical plane.
     #[test]
-    fn rates_are_those_of_the_flight() {
+    fn rates_match_the_flight() {
         for mut vehicle in [vehicle(), vehicle().in_plane()] {
-            // A centre of buoyancy that turns about the origin.
+            // A centre of buoyancy off the origin, so that it moves as the body turns.
             (vehicle.coefficients.x_B, vehicle.coefficients.z_B) = (0.001, -0.01);
             let still = Plant::new(&vehicle).unwrap();
             let waves = Waves::new(&Spectrum::jonswap(1.0, 4.0, 3.3).unwrap(), 1.5, 20, 3).unwrap();
             let (geometry, coefficients) = (vehicle.geometry.unwrap(), &vehicle.coefficients);
             let water = Surroundings::still(coefficients).with_waves(waves, geometry, coefficients).unwrap();
             for (plant, depth) in [(still.clone(), 30.0), (still.with_water(Arc::new(water)), 3.0)] {
-                moves_as_its_rates_say(plant, &vehicle, depth);
+                check_rates(plant, &vehicle, depth);
             }
         }
     }
 
-    fn moves_as_its_rates_say(mut plant: Plant, vehicle: &Vehicle, depth: f64) {
+    fn check_rates(mut plant: Plant, vehicle: &Vehicle, depth: f64) {
         let level = trim(vehicle, Speed::Path(1.5), depth).unwrap();
         plant.start(0.0, &level).unwrap();
         let turns = vehicle.coefficients.leaves_plane();

@@ -1,4 +1,4 @@
-//! What regular waves do to the linear motion about a trim.
+//! Effect of regular waves on the linear motion about a trim.
 
 use nalgebra::DMatrix;
 use squid_sea::{Component, GRAVITY, SeaError, Waves};
@@ -14,18 +14,19 @@ use crate::vehicle::geometry::Geometry;
 /// Regular waves above a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegularWaves {
-    /// rad/s, as one who stands still meets them.
+    /// Wave frequency for a stationary observer \[rad/s\].
     pub frequency: f64,
-    /// Where they go, from the way the vehicle faces \[rad\].
+    /// Direction of propagation relative to the vehicle's heading \[rad\].
     pub heading: f64,
-    /// Of the vehicle \[m\].
+    /// Depth of the vehicle \[m\].
     pub depth: f64,
 }
 
 impl Linearisation {
-    /// The same with [`Linearisation::by_waves`]: the vehicle in trim, along a level path through the waves.
+    /// Returns the linearisation with [`Linearisation::by_waves`]: the vehicle in trim, on a level path through the
+    /// waves.
     ///
-    /// The velocities are those through the water, which moves: `v_r' = M^-1 load - R v_w'`.
+    /// The velocities are relative to the moving water: `v_r' = M^-1 load - R v_w'`.
     ///
     /// # Errors
     /// [`SeaError`] of the hull.
@@ -38,7 +39,7 @@ impl Linearisation {
         let (coefficients, trim) = (dynamics.coefficients(), &self.trim);
         let RegularWaves { frequency, heading, depth } = *waves;
         let mut columns = vec![];
-        // As a crest is above the vehicle, and a quarter of a period later.
+        // A crest above the vehicle, and the same wave a quarter of a period later.
         for phase in [0.0, -FRAC_PI_2] {
             let wave =
                 Component { amplitude: 1.0, frequency, number: frequency * frequency / GRAVITY, phase };
@@ -47,10 +48,10 @@ impl Linearisation {
                 geometry,
                 coefficients,
             )?;
-            let met = water.at(0.0, &Pose::in_plane(0.0, depth, trim.pitch));
-            let [du, dw, dq] = dynamics.pushed(in_plane(met.load));
-            let (along, across) = met.along([trim.speed, 0.0, 0.0], [0.0; 3]).along_body(trim.pitch);
-            let all = [du - along, dw - across, dq, 0.0, met.velocity.vertical];
+            let water_motion = water.at(0.0, &Pose::in_plane(0.0, depth, trim.pitch));
+            let [du, dw, dq] = dynamics.load_acceleration(in_plane(water_motion.load));
+            let (along, across) = water_motion.along([trim.speed, 0.0, 0.0], [0.0; 3]).along_body(trim.pitch);
+            let all = [du - along, dw - across, dq, 0.0, water_motion.velocity.vertical];
             columns.extend(all.iter().skip(coefficients.surge.first()).take(self.states.len()));
         }
         self.by_waves = Some(DMatrix::from_vec(self.a.nrows(), 2, columns));
@@ -64,9 +65,10 @@ mod tests {
     use crate::{Plant, Speed, Vehicle, linearise, trim};
     use std::sync::Arc;
 
-    /// The nonlinear vehicle, from trim under a crest and a quarter of a period later, against the linear rates.
+    /// Response of the nonlinear vehicle from trim, under a crest and a quarter of a period later, against the linear
+    /// rates.
     #[test]
-    fn the_vehicle_moves_as_the_columns_say() {
+    fn columns_match_the_nonlinear_response() {
         for name in ["squid", "remus100", "lauv"] {
             let file = format!("{}/../../vehicles/{name}/vehicle.toml", env!("CARGO_MANIFEST_DIR"));
             let vehicle = Vehicle::parse(&std::fs::read_to_string(file).unwrap(), "vehicle.toml").unwrap();
@@ -99,10 +101,10 @@ mod tests {
                     let expected = linear.by_waves.as_ref().unwrap().column(column).into_owned();
                     let size = expected.amax();
                     for i in 0..4 {
-                        let found = (up[i] - down[i]) / (2.0 * amplitude * h);
+                        let slope = (up[i] - down[i]) / (2.0 * amplitude * h);
                         assert!(
-                            (found - expected[i]).abs() < 1e-3 * size,
-                            "{name}, state {i}: {found} {}",
+                            (slope - expected[i]).abs() < 1e-3 * size,
+                            "{name}, state {i}: {slope} {}",
                             expected[i]
                         );
                     }

@@ -1,4 +1,4 @@
-//! The whole state of a plant, which can be saved and restored.
+//! Complete state of a plant, which can be saved and restored.
 
 use crate::motion::dynamics::{Dynamics, Motion};
 use crate::simulation::current::Current;
@@ -8,49 +8,49 @@ use crate::simulation::plant::{Fidelity, Plant, State};
 use crate::simulation::slopes::Slopes;
 use crate::vehicle::coefficients::{CoefficientError, Coefficients};
 
-/// The state of a [`Plant`]: all but the vehicle's actuators, its LPV model, its [`Water`](crate::Water) and whether
-/// level flight is held.
+/// State of a [`Plant`], without the vehicle's actuators, its LPV model, its [`Water`](crate::Water) and whether level
+/// flight is held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
     /// Coefficients in use.
     pub coefficients: Coefficients,
-    /// Which equations of motion are integrated.
+    /// Equations of motion in use.
     pub fidelity: Fidelity,
-    /// The time reached \[s\].
+    /// Time \[s\].
     pub time: f64,
     /// Position and motion.
     pub state: State,
-    /// The output of each actuator \[N or rad\].
+    /// Output of each actuator \[N or rad\].
     pub outputs: Vec<f64>,
-    /// The command of each actuator \[N or rad\].
+    /// Command of each actuator \[N or rad\].
     pub commands: Vec<f64>,
-    /// The current.
+    /// Current.
     pub current: Current,
     /// Speed at which the LPV model is evaluated \[m/s\].
     pub operating_speed: f64,
-    /// The speed that is given to a vehicle that takes one \[m/s\].
+    /// Given speed \[m/s\]; unused by vehicles with free surge.
     pub given_speed: f64,
-    /// The load from outside.
+    /// External load.
     pub load: Load,
-    /// The rates at which the inputs change.
+    /// Rates of change of the inputs.
     pub slopes: Slopes,
-    /// The step size that the integrator last proposed \[s\].
+    /// Step size last proposed by the integrator \[s\].
     pub integrator_step: f64,
 }
 
-/// Why a snapshot does not fit this plant.
+/// Reason why a snapshot does not fit a plant.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SnapshotError {
-    /// A coefficient is not allowed.
+    /// A coefficient that is not allowed.
     #[error(transparent)]
     Coefficients(#[from] CoefficientError),
-    /// A number is not finite, actuators are missing, or there is no LPV model.
+    /// A number that is not finite, missing actuators, or a missing LPV model.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
 }
 
 impl Plant {
-    /// Returns the whole state; a plant restored from it continues identically, bit for bit.
+    /// Returns the complete state; a plant restored from it continues identically, bit for bit.
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             coefficients: self.dynamics.coefficients().clone(),
@@ -68,10 +68,10 @@ impl Plant {
         }
     }
 
-    /// Puts a plant of the same vehicle into the state of a snapshot.
+    /// Restores a plant of the same vehicle to the state of a snapshot.
     ///
     /// # Errors
-    /// [`SnapshotError`]; the plant is then as it was.
+    /// [`SnapshotError`]; the plant is unchanged then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let Snapshot { coefficients, outputs, commands, state, current, .. } = snapshot;
         let dynamics = Dynamics::new(coefficients)?;
@@ -82,8 +82,8 @@ impl Plant {
             }
         }
         let Motion { u, v, w, p, q, r, phi, theta } = state.motion;
-        let place = [state.x, state.east, state.depth, state.heading];
-        let numbers = [u, v, w, p, q, r, phi, theta].into_iter().chain(place).chain(current.in_earth());
+        let position = [state.x, state.east, state.depth, state.heading];
+        let numbers = [u, v, w, p, q, r, phi, theta].into_iter().chain(position).chain(current.in_earth());
         let speeds = [snapshot.operating_speed, snapshot.given_speed];
         let others = [snapshot.time, speeds[0], speeds[1], snapshot.integrator_step];
         for number in numbers {

@@ -1,4 +1,4 @@
-//! The equations of motion in six degrees of freedom.
+//! Equations of motion in six degrees of freedom.
 
 mod attitude;
 
@@ -6,39 +6,39 @@ use crate::motion::dynamics::{Motion, add};
 use crate::simulation::current::Current;
 use crate::simulation::flow::Flow;
 use crate::simulation::integrator::{Equations, SWITCHES};
-use crate::simulation::load::{in_plane, sideways, sum};
+use crate::simulation::load::{in_plane, out_of_plane, sum};
 use crate::simulation::water::Pose;
-use crate::vehicle::actuator::Push;
-use attitude::{Angles, LEAST_COSINE, turned, usual};
+use crate::vehicle::actuator::ActuatorForces;
+use attitude::{Angles, LEAST_COSINE, rotated, usual};
 
-/// v, p, r, phi, psi, and the way east.
-pub(crate) type Side = [f64; 6];
+/// Lateral state: v, p, r, phi, psi, and the distance east.
+pub(crate) type LateralState = [f64; 6];
 
-/// Those of the vertical plane, and those that leave it.
-pub(crate) type Whole = [f64; 12];
+/// State in six degrees of freedom: longitudinal state, then lateral state.
+pub(crate) type FullState = [f64; 12];
 
-/// The equations in six degrees of freedom over an interval; ways made count from its start.
-pub(crate) struct WholeFlow<'a> {
+/// Equations in six degrees of freedom over an interval; distances count from its start.
+pub(crate) struct SixDofFlow<'a> {
     pub(crate) flow: Flow<'a>,
-    /// Whether surge, heave and pitch are held as they are.
+    /// `true` if surge, heave and pitch are held.
     pub(crate) is_held: bool,
-    /// The last usual angles, where those of the state are about the turned axes of the earth.
+    /// Last Euler angles about the earth axes; `Some` while the state has those about the rotated axes.
     pub(crate) last_usual: Option<Angles>,
 }
 
-impl WholeFlow<'_> {
-    /// Motion and heading with the usual angles.
-    fn usual(&self, whole: &Whole) -> (Motion, f64) {
-        let (motion, heading) = motion_of(whole);
+impl SixDofFlow<'_> {
+    /// Returns motion and heading with the Euler angles about the earth axes.
+    fn usual(&self, state: &FullState) -> (Motion, f64) {
+        let (motion, heading) = motion_of(state);
         let Some(last) = self.last_usual else { return (motion, heading) };
         let [phi, theta, heading] = usual([motion.phi, motion.theta, heading], last);
         (Motion { phi, theta, ..motion }, heading)
     }
 
-    /// Returns the state with the usual angles.
-    pub(crate) fn with_usual_angles(&self, whole: &Whole) -> Whole {
-        let (Motion { phi, theta, .. }, heading) = self.usual(whole);
-        with_angles(whole, [phi, theta, heading])
+    /// Returns the state with the Euler angles about the earth axes.
+    pub(crate) fn with_usual_angles(&self, state: &FullState) -> FullState {
+        let (Motion { phi, theta, .. }, heading) = self.usual(state);
+        with_angles(state, [phi, theta, heading])
     }
 }
 
@@ -47,90 +47,94 @@ const PITCH: usize = 3;
 const ROLL: usize = 9;
 const HEADING: usize = 10;
 
-fn with_angles(whole: &Whole, angles: Angles) -> Whole {
-    let mut all = *whole;
+fn with_angles(state: &FullState, angles: Angles) -> FullState {
+    let mut all = *state;
     [all[ROLL], all[PITCH], all[HEADING]] = angles;
     all
 }
 
-/// Body and side as one state.
-pub(crate) fn joined(body: [f64; 6], side: Side) -> Whole {
-    std::array::from_fn(|i| if i < 6 { body[i] } else { side[i - 6] })
+/// Joins longitudinal and lateral state.
+pub(crate) fn join(body: [f64; 6], lateral: LateralState) -> FullState {
+    std::array::from_fn(|i| if i < 6 { body[i] } else { lateral[i - 6] })
 }
 
-/// Body and side.
-pub(crate) fn split(whole: &Whole) -> ([f64; 6], Side) {
-    (std::array::from_fn(|i| whole[i]), std::array::from_fn(|i| whole[6 + i]))
+/// Splits a state into longitudinal and lateral state.
+pub(crate) fn split(state: &FullState) -> ([f64; 6], LateralState) {
+    (std::array::from_fn(|i| state[i]), std::array::from_fn(|i| state[6 + i]))
 }
 
-/// The motion through the water, and the heading.
-pub(crate) fn motion_of(whole: &Whole) -> (Motion, f64) {
-    let [u, w, q, theta, _, _, v, p, r, phi, heading, _] = *whole;
+/// Returns the motion through the water, and the heading.
+pub(crate) fn motion_of(state: &FullState) -> (Motion, f64) {
+    let [u, w, q, theta, _, _, v, p, r, phi, heading, _] = *state;
     (Motion { u, v, w, p, q, r, phi, theta }, heading)
 }
 
-impl Equations<12> for WholeFlow<'_> {
-    /// A changing current leaves the velocity over ground unchanged, and so does other water that moves, which pushes.
-    fn rate(&self, time: f64, whole: &Whole) -> Whole {
-        let Flow { dynamics, pushes, .. } = self.flow;
-        let (motion, heading) = self.usual(whole);
+impl Equations<12> for SixDofFlow<'_> {
+    /// Returns the rate of the state. A changing current leaves the velocity over ground unchanged, and so does other
+    /// motion of the water, apart from its load.
+    fn rate(&self, time: f64, state: &FullState) -> FullState {
+        let Flow { dynamics, actuator_forces, .. } = self.flow;
+        let (motion, heading) = self.usual(state);
         let attitude = motion.attitude();
         let [roll, pitch, yaw] = if self.last_usual.is_none() {
             motion.turning_at(&attitude)
         } else {
-            motion_of(whole).0.turning()
+            motion_of(state).0.turning()
         };
         let given = self.flow.given + self.flow.slopes.map_or(0.0, |slopes| slopes.given_speed * time);
-        let depth = self.flow.depth + whole[5];
-        let [x, z, m, y, k, n] = Push::all(pushes, motion.u, self.flow.outputs_after(time));
+        let depth = self.flow.depth + state[5];
+        let [x, z, m, y, k, n] =
+            ActuatorForces::all(actuator_forces, motion.u, self.flow.outputs_after(time));
         let [du, dw, dq, _] = dynamics.rate_at(&attitude, &motion, depth, given, [x, z, m]);
         let [dv, dp, dr] = dynamics.lateral_acceleration_at(&attitude, &motion, depth, [y, k, n]);
         let du = dynamics.coefficients().surge.rate(motion.u, given).unwrap_or(du);
-        let (mut current, mut gained, mut load) = self.flow.outside(time);
+        let (mut current, mut current_rate, mut load) = self.flow.disturbances(time);
         let through = motion.velocity_at(&attitude, heading);
         let over_ground = |current: Current| add(through, current.in_earth());
         if let Some((water, start, [north, east])) = self.flow.water {
             let Motion { p, q, r, phi, theta, .. } = motion;
-            let (north, east) = (north + whole[4], east + whole[11]);
-            let met = water.at(start + time, &Pose { north, east, depth, roll: phi, pitch: theta, heading });
-            current = current + met.velocity;
-            gained = gained + met.along(over_ground(current), [p, q, r]);
-            load = sum(load, met.load);
+            let (north, east) = (north + state[4], east + state[11]);
+            let water_motion =
+                water.at(start + time, &Pose { north, east, depth, roll: phi, pitch: theta, heading });
+            current = current + water_motion.velocity;
+            current_rate = current_rate + water_motion.along(over_ground(current), [p, q, r]);
+            load = sum(load, water_motion.load);
         }
         let still = self.flow.slopes.is_none() && self.flow.water.is_none();
-        let [gained_u, gained_v, gained_w] =
-            if still { [0.0; 3] } else { motion.along_body(heading, gained.in_earth()) };
-        let [push_u, push_w, push_q] = dynamics.pushed(in_plane(load));
-        let [push_v, push_p, push_r] = dynamics.pushed_sideways(sideways(load));
+        let [current_du, current_dv, current_dw] =
+            if still { [0.0; 3] } else { motion.along_body(heading, current_rate.in_earth()) };
+        let [load_u, load_w, load_q] = dynamics.load_acceleration(in_plane(load));
+        let [load_v, load_p, load_r] = dynamics.lateral_load_acceleration(out_of_plane(load));
         let [north, east, down] = over_ground(current);
-        let ahead = if self.is_held {
+        let longitudinal = if self.is_held {
             [0.0, 0.0, 0.0, 0.0, north, 0.0]
         } else {
-            let (du, dw) = (du + push_u - gained_u, dw + push_w - gained_w);
-            [du, dw, dq + push_q, pitch, north, down]
+            let (du, dw) = (du + load_u - current_du, dw + load_w - current_dw);
+            [du, dw, dq + load_q, pitch, north, down]
         };
-        let (dv, dp, dr) = (dv + push_v - gained_v, dp + push_p, dr + push_r);
-        joined(ahead, [dv, dp, dr, roll, yaw, east])
+        let (dv, dp, dr) = (dv + load_v - current_dv, dp + load_p, dr + load_r);
+        join(longitudinal, [dv, dp, dr, roll, yaw, east])
     }
 
-    /// |u|, |v|, |w|, |p|, |q| and |r| have a corner at zero, and friction has one at the least Reynolds number.
-    fn switches(&self, whole: &Whole) -> [f64; SWITCHES] {
-        let (Motion { u, v, w, p, q, r, .. }, _) = motion_of(whole);
+    /// Returns the switches: |u|, |v|, |w|, |p|, |q| and |r| have a corner at zero, friction has one at the least
+    /// Reynolds number.
+    fn switches(&self, state: &FullState) -> [f64; SWITCHES] {
+        let (Motion { u, v, w, p, q, r, .. }, _) = motion_of(state);
         [u, w, q, u.abs() - self.flow.dynamics.least_friction_speed(), v, p, r]
     }
 
-    fn motion(&self, whole: &Whole) -> Motion {
-        motion_of(whole).0
+    fn motion(&self, state: &FullState) -> Motion {
+        motion_of(state).0
     }
 
-    fn rechart(&mut self, whole: &Whole) -> Option<Whole> {
-        let (Motion { phi, theta, .. }, heading) = self.usual(whole);
+    fn rechart(&mut self, state: &FullState) -> Option<FullState> {
+        let (Motion { phi, theta, .. }, heading) = self.usual(state);
         let is_upright = theta.cos().abs() < LEAST_COSINE && !self.is_held;
         if is_upright == self.last_usual.is_some() {
             return None;
         }
         let angles = [phi, theta, heading];
         self.last_usual = is_upright.then_some(angles);
-        Some(with_angles(whole, if is_upright { turned(angles) } else { angles }))
+        Some(with_angles(state, if is_upright { rotated(angles) } else { angles }))
     }
 }

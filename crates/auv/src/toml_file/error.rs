@@ -1,4 +1,4 @@
-//! What can be wrong with a file that people write.
+//! Mistakes in a file written by people.
 
 use std::fmt;
 
@@ -9,35 +9,36 @@ use crate::motion::parameter::UnknownParameter;
 use crate::vehicle::coefficients::CoefficientError;
 use crate::words::rounded;
 
-/// The mistakes in a file, in the order of the file, each on a line `FILE:LINE: the value and what is allowed`.
+/// Mistakes in a file, in its order, each on a line `FILE:LINE: the value and what is allowed`.
 #[derive(Debug, Serialize)]
 pub struct FileError {
-    /// The file, as it was named.
+    /// File, as named by the caller.
     pub file: String,
-    /// What is wrong: one mistake or more.
+    /// One mistake or more.
     pub mistakes: Vec<Mistake>,
 }
 
-/// A mistake in a file, and where it is.
+/// Mistake in a file, with its line.
 #[derive(Debug, Serialize)]
 pub struct Mistake {
-    /// The line, counted from 1.
+    /// Line, counted from 1.
     pub line: usize,
-    /// What is wrong.
+    /// Description of the mistake.
     #[serde(flatten)]
     pub problem: FileProblem,
 }
 
 impl FileError {
-    /// Returns what was read of each part of a file, or the mistakes in all parts, one on a shared line once.
+    /// Returns the values read from all parts of a file, or the mistakes in all parts; identical ones on a shared line
+    /// once.
     ///
     /// # Errors
     /// [`FileError`].
     pub fn collect<T>(parts: impl IntoIterator<Item = Result<T, Self>>) -> Result<Vec<T>, Self> {
-        let (mut read, mut wrong) = (Vec::new(), None::<Self>);
+        let (mut values, mut wrong) = (Vec::new(), None::<Self>);
         for part in parts {
             match (part, &mut wrong) {
-                (Ok(part), _) => read.push(part),
+                (Ok(part), _) => values.push(part),
                 (Err(reason), None) => wrong = Some(reason),
                 (Err(reason), Some(wrong)) => {
                     for mistake in reason.mistakes {
@@ -49,7 +50,7 @@ impl FileError {
                 }
             }
         }
-        wrong.map_or(Ok(read), Err)
+        wrong.map_or(Ok(values), Err)
     }
 }
 
@@ -74,18 +75,18 @@ impl fmt::Display for FileError {
 
 impl std::error::Error for FileError {}
 
-/// What is wrong with a file.
+/// Kind of mistake in a file.
 #[derive(Debug, Error, Serialize)]
 #[serde(tag = "problem", rename_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum FileProblem {
-    /// The text is not TOML.
+    /// Text that is not TOML.
     #[error("this is not TOML: {message}")]
     NotToml { message: String },
     /// A key or a table that occurs twice.
     #[error("'{key}' stands here a second time; each key and each table of keys may stand once")]
     Twice { key: String },
-    /// A key that stands in a table of a list and outside the list.
+    /// A key both in a table of a list and outside the list.
     #[error(
         "'{key}' stands outside [[{list}]], too, where it holds for each; it may stand in one of the two"
     )]
@@ -96,16 +97,16 @@ pub enum FileProblem {
     /// A missing key.
     #[error("missing key '{key}': {meaning}")]
     MissingKey { key: String, meaning: String },
-    /// A value of the wrong type, a number of the wrong sign or out of range, a word that is not in the list.
+    /// A value of the wrong type, a number out of range, a text that is not in the list.
     #[error("'{key}' is {found}; it must be {allowed}")]
     NotAllowed { key: String, found: String, allowed: String },
-    /// A text that must not be empty.
+    /// An empty text.
     #[error("'{key}' is empty; it must say something")]
     EmptyText { key: String },
     /// A character that XML does not allow in a model description.
     #[error("'{key}' holds the character U+{:04X}; it must hold printable ones", u32::from(*found))]
     Character { key: String, found: char },
-    /// A unit that is not the expected one.
+    /// An unexpected unit.
     #[error("'{key}' is in \"{found}\"; it must be in {expected}")]
     WrongUnit { key: String, found: String, expected: String },
     /// Mass and weight that do not agree.
@@ -115,27 +116,27 @@ pub enum FileProblem {
         rounded(*weight), rounded(*expected), 100.0 * tolerance
     )]
     MassAndWeight { weight: f64, expected: f64, gravity: f64, tolerance: f64 },
-    /// A moment of inertia that no body has.
+    /// A moment of inertia that is physically impossible.
     #[error(
         "'mass.{key}' is {} kg.m2, about the origin; it must be above mass {arm} = {} kg.m2, that of all the mass in \
          one point ({key} about the centre of gravity, or another unit?)",
         rounded(*inertia), rounded(*of_a_point)
     )]
     Inertia { key: &'static str, arm: &'static str, inertia: f64, of_a_point: f64 },
-    /// The mass matrix is not positive definite.
+    /// A mass matrix that is not positive definite.
     #[error(
         "the mass matrix ({numbers}, x_G, z_G and [added_mass]) is not positive definite: its least eigenvalue is {}; \
          it must be above zero",
         rounded(*least_eigenvalue)
     )]
     MassMatrixNotPositiveDefinite { numbers: &'static str, least_eigenvalue: f64 },
-    /// The coefficients, taken together, are not allowed.
+    /// A set of coefficients that is not allowed.
     #[error("{source}")]
     Coefficient {
         #[serde(serialize_with = "as_text")]
         source: CoefficientError,
     },
-    /// Two actuators with one name.
+    /// Two actuators with the same name.
     #[error("the actuator name \"{name}\" is already taken at line {first_line}; names must differ")]
     DuplicateActuator { name: String, first_line: usize },
     /// Limits in the wrong order.
@@ -151,13 +152,13 @@ pub enum FileProblem {
     /// A decimal comma.
     #[error("{found} is not a number: the decimal point is '.', not ','")]
     DecimalComma { found: String },
-    /// A name with a dot that is not in quotes.
+    /// A dotted name without quotes.
     #[error(
         "the name {name} is a table {} here; write \"{name}\" in quotes",
         name.split('.').next().unwrap_or_default()
     )]
     NoQuotes { name: String },
-    /// No actuator at all.
+    /// A vehicle without actuators.
     #[error("no actuator: give at least one [[thruster]], [[thruster_group]] or [[control_surface]]")]
     NoActuator,
     /// A coefficient that the vehicle does not have.

@@ -1,20 +1,20 @@
 //! Ranges of numbers, with their descriptions in messages.
 
-/// The values that a coefficient may take.
+/// Allowed values of a coefficient.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Allowed {
     /// Any finite number.
     Any,
     /// A finite number above zero.
     Positive,
-    /// Zero or a finite number above it.
+    /// Zero or a positive finite number.
     NonNegative,
-    /// Zero or a finite number below it.
+    /// Zero or a negative finite number.
     NonPositive,
 }
 
 impl Allowed {
-    /// Returns whether `value` is allowed.
+    /// Returns `true` if `value` is allowed.
     pub fn contains(self, value: f64) -> bool {
         value.is_finite()
             && match self {
@@ -25,7 +25,7 @@ impl Allowed {
             }
     }
 
-    /// Describes what is allowed.
+    /// Describes the allowed values.
     pub fn describe(self) -> &'static str {
         match self {
             Self::Any => "any finite number",

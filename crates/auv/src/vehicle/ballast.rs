@@ -1,10 +1,11 @@
-//! What of a vehicle can change under way: a weight that is dropped or taken up, a volume that is pumped out.
+//! Coefficients that change in operation, by a dropped weight or pumped volume.
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals")]
 
 use crate::vehicle::coefficients::Coefficients;
 
-/// The coefficients that dropped weights and buoyancy engines change. All others stay, also I_yy, about the origin.
+/// Coefficients that dropped weights and buoyancy engines change. All others are constant, including I_yy about the
+/// origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ballast {
     /// Mass \[kg\].
@@ -20,13 +21,13 @@ pub struct Ballast {
 }
 
 impl Coefficients {
-    /// Returns what of the coefficients can change under way.
+    /// Returns the coefficients that change in operation.
     pub fn ballast(&self) -> Ballast {
         let Self { mass, weight, buoyancy, x_G, z_G, .. } = *self;
         Ballast { mass, weight, buoyancy, x_G, z_G }
     }
 
-    /// Changes it, unchecked: call [`Coefficients::check`] afterwards.
+    /// Sets these coefficients, unchecked: call [`Coefficients::check`] afterwards.
     pub fn set_ballast(&mut self, ballast: &Ballast) {
         let Ballast { mass, weight, buoyancy, x_G, z_G } = *ballast;
         (self.mass, self.weight, self.buoyancy) = (mass, weight, buoyancy);

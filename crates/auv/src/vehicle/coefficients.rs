@@ -1,8 +1,8 @@
-//! The coefficients of a vehicle, and the one table that describes every one of them.
+//! Coefficients of a vehicle, and the table that describes every one of them.
 //!
-//! Symbols are those of SNAME (1950) and Fossen (2011): `Z_uw` multiplies the product |u| w in the heave force,
-//! `X_u_dot` is the derivative of the surge force with respect to du/dt. The table drives the reading and the
-//! validation of a vehicle file, its documentation, and the parameters of the FMUs.
+//! Symbols follow SNAME (1950) and Fossen (2011): `Z_uw` multiplies the product |u| w in the heave force, `X_u_dot` is
+//! the derivative of the surge force with respect to du/dt. The table drives reading and validation of a vehicle file,
+//! its documentation, and the parameters of the FMUs.
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
@@ -19,88 +19,88 @@ use DefaultValue::{Axisymmetric, Number, Required};
 
 const EIGENVALUE_ITERATIONS: usize = 1000;
 
-/// One row of [`COEFFICIENTS`]: everything about a coefficient but its value.
+/// Row of [`COEFFICIENTS`]: everything about a coefficient except its value.
 #[derive(Debug)]
 pub struct CoefficientSpec {
     /// Name in the vehicle file, for instance `Z_uw`.
     pub key: &'static str,
     /// Table of the vehicle file that contains it, for instance `lift`.
     pub section: &'static str,
-    /// The part of the motion on which it acts.
+    /// Part of the motion affected.
     pub subsystem: Subsystem,
-    /// The only unit in which the vehicle file may give it; SI.
+    /// Unit required in the vehicle file; SI.
     pub unit: &'static str,
-    /// The values that it may take.
+    /// Allowed values.
     pub allowed: Allowed,
-    /// The value if the file does not give it.
+    /// Value if absent in the file.
     pub default: DefaultValue,
-    /// What it is, in one line.
+    /// Description in one line.
     pub meaning: &'static str,
-    /// Reads it.
+    /// Reads the coefficient.
     pub get: fn(&Coefficients) -> f64,
-    /// Writes it, unchecked: call [`Coefficients::check`] afterwards.
+    /// Writes the coefficient, unchecked: call [`Coefficients::check`] afterwards.
     pub set: fn(&mut Coefficients, f64),
 }
 
-/// The value of a coefficient that a vehicle file does not give.
+/// Value of a coefficient that is absent in a vehicle file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DefaultValue {
-    /// The file must give it.
+    /// No default: the file must contain it.
     Required,
-    /// A number.
+    /// Number.
     Number(f64),
-    /// That of a hull that is the same when it is turned by 90 deg about its axis: this factor of another coefficient.
+    /// Value for a hull that is unchanged by a turn of 90 deg about its axis: this factor times another coefficient.
     Axisymmetric(&'static str, f64),
 }
 
 impl CoefficientSpec {
-    /// Returns whether a vehicle file must give it.
+    /// Returns `true` if a vehicle file must contain the coefficient.
     pub fn is_required(&self) -> bool {
         self.default == Required
     }
 
-    /// Returns whether it acts in sway, roll and yaw alone.
+    /// Returns `true` if the coefficient acts in sway, roll and yaw only.
     pub fn acts_out_of_plane(&self) -> bool {
         self.subsystem == Subsystem::Lateral
     }
 }
 
-/// The part of the motion on which a number acts.
+/// Part of the motion affected by a coefficient.
 ///
-/// Source of the terms: Fossen (2011), ch. 7, the longitudinal and the lateral subsystem of a vehicle whose port and
-/// starboard are alike.
+/// Source of the terms: Fossen (2011), ch. 7, the longitudinal and the lateral subsystem of a vehicle with
+/// port-starboard symmetry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subsystem {
-    /// Surge, heave and pitch alone.
+    /// Surge, heave and pitch only.
     Longitudinal,
-    /// Sway, roll and yaw; it has no effect on motion in the vertical plane.
+    /// Sway, roll and yaw; no effect on motion in the vertical plane.
     Lateral,
-    /// Both.
+    /// Both subsystems.
     Both,
 }
 
-/// Writes the struct and the table from one list, so that they always agree.
+/// Generates the struct and the table from one list, so that they always agree.
 macro_rules! coefficients {
     ($($section:literal {
         $($key:ident $subsystem:ident [$unit:literal] $allowed:ident $default:expr, $meaning:literal;)*
     })*) => {
-        /// Every coefficient of the model, in SI units; see [`COEFFICIENTS`] for their table.
+        /// Coefficients of the model, in SI units; see [`COEFFICIENTS`] for their table.
         ///
         /// Over a [`Scalar`] with derivatives, the coefficients carry derivatives, too.
         ///
-        /// `Z_uw`, `M_uq`, `N_uv` and their like are the lift and viscous parts alone: added-mass cross terms and the
-        /// Munk moment come from the added masses. With I_xx = 0 the vehicle moves in the vertical plane alone.
+        /// `Z_uw`, `M_uq`, `N_uv` and the like are the lift and viscous parts only: added-mass cross terms and the
+        /// Munk moment follow from the added masses. With I_xx = 0 the vehicle moves in the vertical plane only.
         #[derive(Clone, Debug, PartialEq)]
         pub struct Coefficients<D = f64> {
             $($(#[doc = concat!($meaning, " \\[", $unit, "\\].")] pub $key: D,)*)*
-            /// The sections of the hull, if its cross-flow drag is integrated over them.
+            /// Sections of the hull, if its cross-flow drag is integrated over them.
             pub hull: Hull,
-            /// Where the surge velocity comes from.
+            /// Source of the surge velocity.
             pub surge: Surge,
         }
 
         impl<C: Copy> Coefficients<C> {
-            /// Turns every coefficient into `f(key, value)`.
+            /// Returns the coefficients with every one replaced by `f(key, value)`.
             pub fn map<D>(&self, f: impl Fn(&'static str, C) -> D) -> Coefficients<D> {
                 Coefficients {
                     $($($key: f(stringify!($key), self.$key),)*)*
@@ -110,7 +110,7 @@ macro_rules! coefficients {
             }
         }
 
-        /// Every coefficient: key, section, unit, allowed values, default, meaning.
+        /// All coefficients: key, section, unit, allowed values, default, meaning.
         pub static COEFFICIENTS: &[CoefficientSpec] = &[$($(CoefficientSpec {
             key: stringify!($key),
             section: $section,
@@ -124,7 +124,7 @@ macro_rules! coefficients {
         },)*)*];
 
         impl Default for Coefficients {
-            /// Takes the number that is the default of a coefficient, and zero for the others.
+            /// Returns the default number of each coefficient, and zero for those without.
             fn default() -> Self {
                 Self {
                     $($($key: { if let Number(value) = $default { value } else { 0.0 } },)*)*
@@ -224,14 +224,14 @@ coefficients! {
     }
 }
 
-/// Why a set of coefficients is not allowed.
+/// Reason why a set of coefficients is not allowed.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum CoefficientError {
-    /// A coefficient is outside its allowed values.
+    /// A coefficient outside its allowed values.
     #[error("{key} is {} {unit}, and must be {}", Rounded(*found), allowed.describe())]
     NotAllowed { key: &'static str, found: f64, unit: &'static str, allowed: Allowed },
-    /// The mass matrix, added mass included, is not positive definite.
+    /// A mass matrix, added mass included, that is not positive definite.
     #[error(
         "the mass matrix ({numbers}, x_G, z_G and the added masses) is not positive definite: \
          its least eigenvalue is {}, and must be above zero",
@@ -249,7 +249,7 @@ impl<D: Scalar> Coefficients<D> {
     /// [ m z_G        -(m x_G + M_w')    I_yy - M_q'     ]
     /// ```
     ///
-    /// Where the speed is given, the first row is that of `u' = u'`.
+    /// If the speed is given, the first row is that of `u' = u'`.
     ///
     /// Source: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), ch. 6, in the x-z plane.
     pub fn mass_matrix(&self) -> Matrix3<D> {
@@ -271,8 +271,8 @@ impl<D: Scalar> Coefficients<D> {
         )
     }
 
-    /// Returns the mass matrix of sway, roll and yaw, added mass included; it is coupled to that of surge, heave and
-    /// pitch nowhere, because port and starboard are alike.
+    /// Returns the mass matrix of sway, roll and yaw, added mass included; port-starboard symmetry decouples it from
+    /// that of surge, heave and pitch.
     ///
     /// ```text
     /// [ m - Y_v'          -(m z_G + Y_p')   m x_G - Y_r' ]
@@ -280,7 +280,7 @@ impl<D: Scalar> Coefficients<D> {
     /// [ m x_G - Y_r'      -K_r'             I_zz - N_r'  ]
     /// ```
     ///
-    /// Source: as of [`Coefficients::mass_matrix`].
+    /// Source: see [`Coefficients::mass_matrix`].
     pub fn lateral_mass_matrix(&self) -> Matrix3<D> {
         let m = self.mass;
         let (by_roll, by_yaw, roll_yaw) =
@@ -300,20 +300,20 @@ impl<D: Scalar> Coefficients<D> {
 }
 
 impl Coefficients {
-    /// Returns the rows of [`COEFFICIENTS`] that act on the motion in the vertical plane: at a given speed those along
-    /// the hull do not.
+    /// Returns the rows of [`COEFFICIENTS`] that affect motion in the vertical plane; for a given speed those along the
+    /// hull do not.
     pub fn acting(&self) -> impl Iterator<Item = &'static CoefficientSpec> + use<> {
         let surge = self.surge;
         COEFFICIENTS.iter().filter(move |spec| !spec.acts_out_of_plane() && surge.uses(spec.key))
     }
 
-    /// Returns whether the vehicle moves out of the vertical plane: whether I_xx is given.
+    /// Returns `true` if the vehicle moves out of the vertical plane: I_xx is above zero.
     pub fn leaves_plane(&self) -> bool {
         self.I_xx > 0.0
     }
 
-    /// Gives the lateral coefficients that are not `given` their values of an axisymmetric hull, and returns their
-    /// keys; of a vehicle that stays in the vertical plane all are zero.
+    /// Sets the lateral coefficients that are not `given` to their values for an axisymmetric hull, and returns their
+    /// keys; returns none for a vehicle that stays in the vertical plane.
     pub fn complete(&mut self, given: impl Fn(&str) -> bool) -> Vec<&'static str> {
         if !self.leaves_plane() {
             return vec![];
@@ -348,17 +348,21 @@ impl Coefficients {
         }
         let mut mass = self.mass_matrix();
         if self.surge.is_given() {
-            // Pitch is moved by a given surge, and does not move it.
+            // Pitch is coupled to a given surge, but not surge to pitch.
             mass[(2, 0)] = 0.0;
         }
-        is_positive("mass, I_yy", mass)?;
-        if self.leaves_plane() { is_positive("mass, I_xx, I_zz", self.lateral_mass_matrix()) } else { Ok(()) }
+        check_positive_definite("mass, I_yy", mass)?;
+        if self.leaves_plane() {
+            check_positive_definite("mass, I_xx, I_zz", self.lateral_mass_matrix())
+        } else {
+            Ok(())
+        }
     }
 
-    /// Splits combined lift coefficients, as many theses print them, and keeps the lift and viscous parts.
+    /// Splits combined lift coefficients, as printed in many theses, and keeps the lift and viscous parts.
     ///
-    /// Kirchhoff's equations put `-X_u' u q` into the heave force, and `(X_u' - Z_w') u w` (the Munk moment) and
-    /// `-Z_q' u q` into the pitch moment. Where the printed coefficients include these, they are subtracted:
+    /// Kirchhoff's equations put `-X_u' u q` into the heave force, and `(X_u' - Z_w') u w` (the Munk moment) and `-Z_q'
+    /// u q` into the pitch moment. Printed coefficients that include these terms are reduced by them:
     ///
     /// ```text
     /// Z_uq += X_u',   M_uw += Z_w' - X_u',   M_uq += Z_q'
@@ -381,9 +385,9 @@ impl Coefficients {
 }
 
 /// Refuses a mass matrix whose symmetric part is not positive definite.
-fn is_positive(numbers: &'static str, mass: Matrix3<f64>) -> Result<(), CoefficientError> {
+fn check_positive_definite(numbers: &'static str, mass: Matrix3<f64>) -> Result<(), CoefficientError> {
     let symmetric = (mass + mass.transpose()) * 0.5;
-    // Without a limit the decomposition would never end for entries that are not finite.
+    // Without a limit the decomposition never ends for entries that are not finite.
     let eigenvalues = SymmetricEigen::try_new(symmetric, f64::EPSILON, EIGENVALUE_ITERATIONS);
     let least_eigenvalue = eigenvalues.map_or(f64::NAN, |decomposition| decomposition.eigenvalues.min());
     if least_eigenvalue > 0.0 {

@@ -1,4 +1,4 @@
-//! Reads a vehicle file (TOML): every number with its unit and its source, every mistake with its line.
+//! Reading of a vehicle file (TOML): every number with its unit and source, every mistake with its line.
 
 mod actuator_tables;
 mod curve_table;
@@ -23,22 +23,22 @@ use crate::vehicle::{Status, Vehicle, is_vehicle_name};
 const CONVENTION: &str = "convention";
 const CONVENTIONS: [&str; 2] = ["viscous", "combined"];
 
-/// Standard gravity, to the digits in which published tables divide a weight by it \[m/s2\].
+/// Standard gravity, to the digits with which published tables convert weight to mass \[m/s2\].
 const GRAVITY: f64 = 9.81;
 
 /// Largest relative difference between the weight and mass times gravity. Gravity varies by 0.5 % over the earth, and a
-/// mass and a weight of two digits each are off by up to 5 %; the least of the mistakes in units, pounds for kilograms,
-/// is a factor of 2.2.
+/// mass and a weight of two digits each are off by up to 5 %; the smallest error from a wrong unit, pounds for
+/// kilograms, is a factor of 2.2.
 const WEIGHT_TOLERANCE: f64 = 0.1;
 
-/// Densities that liquid water may have, with whatever is dissolved in it \[kg/m3\]: others are in another unit.
+/// Plausible densities of liquid water, with any dissolved matter \[kg/m3\]; others are in another unit.
 const DENSITIES: RangeInclusive<f64> = 900.0..=1500.0;
 
 impl Vehicle {
     /// Reads and validates the text of a vehicle file; `file` is its name in messages.
     ///
     /// # Errors
-    /// [`FileError`]: every mistake with file, line, key, value and what is allowed.
+    /// [`FileError`]: every mistake with file, line, key, value and the allowed values.
     pub fn parse(text: &str, file: &str) -> Result<Self, FileError> {
         let document = Document::parse(text, file)?;
         let root = document.root();
@@ -75,7 +75,7 @@ impl Vehicle {
     }
 }
 
-/// Name, status and description.
+/// Reads name, status and description.
 fn vehicle_table(table: &Table<'_>) -> Option<(String, Status, String)> {
     table.allow_only(&["name", "status", "description"]);
     let name = table.text("name");
@@ -111,7 +111,7 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
         if name == "lift" {
             combined = table.one_of(CONVENTION, &CONVENTIONS) == Some(1);
         }
-        for spec in specs.into_iter().filter(|spec| !may_lack(spec, surge) || table.has(spec.key)) {
+        for spec in specs.into_iter().filter(|spec| !may_be_absent(spec, surge) || table.has(spec.key)) {
             section_entry(&table, spec, units, &mut coefficients, sources);
         }
         if name == hull_table::SECTION {
@@ -127,7 +127,7 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
             check_density(&table, &coefficients);
         }
     }
-    // A hull that is axisymmetric is so in either form.
+    // Axisymmetry of a hull is independent of the form of its lift.
     coefficients.complete(|key| sources.contains_key(key));
     if combined {
         coefficients.split_combined_lift();
@@ -137,14 +137,14 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
     coefficients
 }
 
-/// Records what is missing of a vehicle that moves out of the vertical plane: its inertia in roll, and damping there.
+/// Reports missing data of a vehicle that moves out of the vertical plane: its inertia in roll, and roll damping.
 fn check_lateral(
     root: &Table<'_>,
     coefficients: &Coefficients,
     actuators: &[Actuator],
     sources: &BTreeMap<String, String>,
 ) {
-    let needs = |section: &str, key: &str, meaning: String| {
+    let report_missing = |section: &str, key: &str, meaning: String| {
         let key = format!("{section}.{key}");
         root.table(section).as_ref().unwrap_or(root).problem(FileProblem::MissingKey { key, meaning });
     };
@@ -153,40 +153,41 @@ fn check_lateral(
         if !damping.iter().any(|key| sources.contains_key(*key)) {
             let meaning =
                 "roll moment per |u| p, or K_p or K_pp in [damping]: without any the vehicle rolls for ever";
-            needs("lift", "K_up", meaning.to_owned());
+            report_missing("lift", "K_up", meaning.to_owned());
         }
         return;
     }
     let of_roll = |spec: &&CoefficientSpec| spec.acts_out_of_plane() && spec.key != INERTIA_IN_ROLL;
     let given = COEFFICIENTS.iter().filter(of_roll).find(|spec| sources.contains_key(spec.key));
     let given = given.map(|spec| spec.key);
-    let moved = actuators.iter().find(|one| one.acts_out_of_plane()).map(|one| one.name.as_str());
-    let Some(of) = given.or(moved) else { return };
+    let lateral_actuator = actuators.iter().find(|one| one.acts_out_of_plane()).map(|one| one.name.as_str());
+    let Some(of) = given.or(lateral_actuator) else { return };
     let mass = root.table("mass").filter(|mass| mass.has(INERTIA_IN_ROLL));
     match mass.map(|mass| (mass, sources.contains_key(INERTIA_IN_ROLL))) {
         Some((mass, true)) => {
             mass.not_allowed(INERTIA_IN_ROLL, "0", format!("above 0 (kg.m2), which '{of}' needs"));
         }
-        // What could not be read is said already.
+        // A value that could not be read is already reported.
         Some((_, false)) => {}
         None => {
             let meaning = format!("moment of inertia in roll about the origin, above 0, which '{of}' needs");
-            needs("mass", INERTIA_IN_ROLL, meaning);
+            report_missing("mass", INERTIA_IN_ROLL, meaning);
         }
     }
 }
 
-/// With it a vehicle moves out of the vertical plane.
+/// Moment of inertia in roll; a vehicle with it moves out of the vertical plane.
 const INERTIA_IN_ROLL: &str = "I_xx";
 
-/// Added masses that are not read, with those that they are equal to: their matrix is symmetric.
+/// Added masses that are not read, each with the equal one that is: the matrix is symmetric.
 const SYMMETRIC: [(&str, &str); 3] = [("K_v_dot", "Y_p_dot"), ("N_v_dot", "Y_r_dot"), ("N_p_dot", "K_r_dot")];
 
-/// The added mass of surge.
+/// Added mass of surge.
 const SURGE_MASS: &str = "X_u_dot";
 
-/// Where the speed is given, the added mass of surge cancels out of combined lift.
-fn may_lack(spec: &CoefficientSpec, surge: Surge) -> bool {
+/// Returns `true` if a coefficient may be absent: for a given speed, the added mass of surge cancels out of combined
+/// lift.
+fn may_be_absent(spec: &CoefficientSpec, surge: Surge) -> bool {
     surge.is_given() && spec.key == SURGE_MASS
 }
 
@@ -207,21 +208,21 @@ fn section_entry(
     }
 }
 
-/// Records a weight that does not match the mass, and returns whether the two agree; if either could not be read,
-/// nothing more is recorded.
+/// Reports a weight that does not match the mass, and returns `true` if the two agree; if either could not be read,
+/// nothing is reported.
 fn check_weight(table: &Table<'_>, coefficients: &Coefficients) -> bool {
     let (weight, expected) = (coefficients.weight, coefficients.mass * GRAVITY);
-    let known = weight > 0.0 && expected > 0.0;
-    let off = (weight - expected).abs() > WEIGHT_TOLERANCE * expected;
-    if known && off {
+    let both_read = weight > 0.0 && expected > 0.0;
+    let differs = (weight - expected).abs() > WEIGHT_TOLERANCE * expected;
+    if both_read && differs {
         let (gravity, tolerance) = (GRAVITY, WEIGHT_TOLERANCE);
         table.blame("weight", FileProblem::MassAndWeight { weight, expected, gravity, tolerance });
     }
-    known && !off
+    both_read && !differs
 }
 
-/// Records a moment of inertia that no body with this centre of gravity has: about the origin it is above that of all
-/// of the mass in one point.
+/// Reports a physically impossible moment of inertia: about the origin it exceeds that of all the mass at the centre of
+/// gravity.
 fn check_inertia(table: &Table<'_>, coefficients: &Coefficients) {
     let c = coefficients;
     let (ahead, below) = (c.x_G * c.x_G, c.z_G * c.z_G);
@@ -237,7 +238,7 @@ fn check_inertia(table: &Table<'_>, coefficients: &Coefficients) {
     }
 }
 
-/// Records a density that water does not have.
+/// Reports an implausible density of water.
 fn check_density(table: &Table<'_>, coefficients: &Coefficients) {
     let density = coefficients.density;
     if density > 0.0 && !DENSITIES.contains(&density) {
@@ -247,7 +248,7 @@ fn check_density(table: &Table<'_>, coefficients: &Coefficients) {
     }
 }
 
-/// Records a mass matrix that is not positive definite.
+/// Reports a mass matrix that is not positive definite.
 fn check_matrix(root: &Table<'_>, coefficients: &Coefficients) {
     match coefficients.check() {
         Ok(()) => {}

@@ -1,19 +1,19 @@
-//! The size of a hull.
+//! Size of a hull.
 
-/// Length and diameter of a hull, for what acts on its shape as a whole.
+/// Length and diameter of a hull, for loads on its shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geometry {
-    /// m.
+    /// Length \[m\].
     pub length: f64,
-    /// m.
+    /// Largest diameter \[m\].
     pub diameter: f64,
 }
 
 impl Geometry {
-    /// What the diameter must be.
+    /// Condition on the diameter, for messages.
     pub(crate) const ALLOWED: &str = "above zero, and at most half the length: the hull is taken as slender";
 
-    /// A hull of this size; `None` if the diameter is not `Geometry::ALLOWED`.
+    /// Returns a hull of this size; `None` if the diameter is not `Geometry::ALLOWED`.
     pub fn new(length: f64, diameter: f64) -> Option<Self> {
         (diameter > 0.0 && 2.0 * diameter <= length && length.is_finite())
             .then_some(Self { length, diameter })

@@ -1,4 +1,4 @@
-//! The sections of a hull, from which its cross-flow drag is integrated.
+//! Sections of a hull, over which its cross-flow drag is integrated.
 
 use std::sync::Arc;
 
@@ -8,35 +8,35 @@ use crate::scalar::Scalar;
 const GAUSS: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 
-/// The breadths of a hull at stations along it, linear between them; none is a hull without sections.
+/// Breadth of a hull at stations along it, linear between them; without stations the hull has no sections.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hull {
-    /// Position forward of the origin, rising \[m\], and breadth \[m\].
+    /// Position forward of the origin, increasing \[m\], and breadth \[m\].
     stations: Arc<[[f64; 2]]>,
 }
 
 impl Hull {
-    /// What the stations must be.
+    /// Condition on the stations, for messages.
     pub(crate) const ALLOWED: &str =
         "two pairs [x, breadth] or more, from the stern to the bow: x rising, no breadth below zero";
 
-    /// A hull by its stations; `None` if these are not `Hull::ALLOWED`.
+    /// Returns a hull with these stations; `None` if they are not `Hull::ALLOWED`.
     pub fn new(stations: &[[f64; 2]]) -> Option<Self> {
-        let sound = stations.len() > 1
+        let valid = stations.len() > 1
             && stations.iter().all(|[x, breadth]| x.is_finite() && breadth.is_finite() && *breadth >= 0.0)
             && stations.windows(2).all(|pair| pair[0][0] < pair[1][0]);
-        sound.then(|| Self { stations: stations.into() })
+        valid.then(|| Self { stations: stations.into() })
     }
 
-    /// The stations: position forward of the origin and breadth \[m\].
+    /// Returns the stations: position forward of the origin and breadth \[m\].
     pub fn stations(&self) -> &[[f64; 2]] {
         &self.stations
     }
 
     /// Returns `∫ b v|v| dx` and `∫ x b v|v| dx` with `v = w - x q`, b the breadth at x.
     ///
-    /// Between two stations the integrands are polynomials of degree 3 and 4 wherever v keeps its sign; there
-    /// three points of Gauss are exact. A piece in which v changes its sign, at `x = w/q`, is cut there.
+    /// Between two stations the integrands are polynomials of degree 3 and 4 while v keeps its sign, so that three
+    /// Gauss points are exact. An interval in which v changes sign, at `x = w/q`, is divided there.
     pub(crate) fn cross_flow<D: Scalar>(&self, w: D, q: D) -> [D; 2] {
         let mut sums = [D::from(0.0); 2];
         for pair in self.stations.windows(2) {
@@ -54,9 +54,9 @@ impl Hull {
             };
             let (start, end) = (D::from(aft), D::from(fore));
             if (w - start * q).re() * (w - end * q).re() < 0.0 {
-                let turn = w / q;
-                add(start, turn);
-                add(turn, end);
+                let zero = w / q;
+                add(start, zero);
+                add(zero, end);
             } else {
                 add(start, end);
             }

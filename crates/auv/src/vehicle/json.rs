@@ -1,4 +1,4 @@
-//! A vehicle as programs exchange it: JSON in SI units, every number finite and allowed. People write TOML; see
+//! JSON of a vehicle, for exchange between programs: SI units, every number finite and allowed. People write TOML; see
 //! [`Vehicle::parse`].
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
@@ -10,7 +10,7 @@ use serde_with::rust::maps_duplicate_key_is_error;
 use squid_signals::Curve;
 use thiserror::Error;
 
-use crate::vehicle::actuator::{Actuator, Effect, NEEDED_BY_RATE, allowed, is_actuator_name};
+use crate::vehicle::actuator::{Actuator, Effect, LAG_WITH_RATE, allowed, is_actuator_name};
 use crate::vehicle::allowed::Allowed;
 use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, Coefficients};
 use crate::vehicle::geometry::Geometry;
@@ -18,11 +18,11 @@ use crate::vehicle::hull::Hull;
 use crate::vehicle::surge::Surge;
 use crate::vehicle::{Status, Vehicle, is_vehicle_name};
 
-/// The `format` of the files that this version reads and writes.
+/// Value of `format` in the files that this version reads and writes.
 pub const VEHICLE_FORMAT: &str = "auv-vehicle/1";
 
 const LIMITS: [&str; 3] = ["min", "max", "lag"];
-/// Left out if there is none.
+/// Key of the rate limit, omitted if there is none.
 const RATE: &str = "rate";
 
 type Numbers = BTreeMap<String, f64>;
@@ -34,17 +34,17 @@ struct File {
     name: String,
     status: String,
     description: String,
-    /// By the keys of [`COEFFICIENTS`]; one that is left out has its default, as in a vehicle file. Those of sway, roll
-    /// and yaw are left out where the vehicle has none.
+    /// Values by the keys of [`COEFFICIENTS`]; an omitted one has its default, as in a vehicle file. Those of sway,
+    /// roll and yaw are omitted for a vehicle in the vertical plane.
     #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     coefficients: Numbers,
-    /// Of the [`Hull`]; left out if there are none.
+    /// Stations of the [`Hull`]; omitted if there are none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     stations: Vec<[f64; 2]>,
-    /// The time constant of a given speed, s; left out where surge has an equation of its own.
+    /// Time constant of a given speed, s; omitted if surge has an equation of motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     given_speed_lag: Option<f64>,
-    /// Length and diameter of the hull, m; left out where the vehicle file does not say them.
+    /// Length and diameter of the hull, m; omitted if absent in the vehicle file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     geometry: Option<[f64; 2]>,
     actuators: Vec<Row>,
@@ -57,49 +57,49 @@ struct File {
 struct Row {
     name: String,
     kind: String,
-    /// [`LIMITS`], [`RATE`], and the numbers of the [`Effect`] by their keys in a vehicle file; those of sway, roll and
-    /// yaw are left out where they are 0.
+    /// Values of [`LIMITS`], [`RATE`], and the numbers of the [`Effect`] by their keys in a vehicle file; those of
+    /// sway, roll and yaw are omitted if they are 0.
     #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     numbers: Numbers,
-    /// Left out if there is none.
+    /// Curve of a thruster; omitted if there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     curve: Option<Curve>,
 }
 
-/// What is wrong with the JSON of a vehicle.
+/// Error in the JSON of a vehicle.
 #[derive(Debug, Error, PartialEq)]
 #[error("{file}: {problem}")]
 pub struct VehicleJsonError {
-    /// The file, as it was named.
+    /// File, as named by the caller.
     pub file: String,
-    /// What is wrong.
+    /// Description of the error.
     pub problem: JsonProblem,
 }
 
-/// What is wrong with the JSON of a vehicle, without the name of the file.
+/// Error in the JSON of a vehicle, without the name of the file.
 #[derive(Debug, Error, PartialEq)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum JsonProblem {
-    /// The text is not the JSON of a vehicle.
+    /// Text that is not the JSON of a vehicle.
     #[error("not a vehicle: {0}")]
     NotJson(String),
-    /// A word or number that is not allowed.
+    /// A text or number that is not allowed.
     #[error("`{key}` is {found}, and must be {allowed}")]
     NotAllowed { key: String, found: String, allowed: &'static str },
-    /// A number that must be there.
+    /// A missing number.
     #[error("`{0}` is missing")]
     Missing(String),
-    /// A number that the format does not know.
+    /// An unknown number.
     #[error("`{0}` is unknown")]
     Unknown(String),
-    /// The coefficients are not allowed.
+    /// Coefficients that are not allowed.
     #[error(transparent)]
     Coefficients(#[from] CoefficientError),
 }
 
 impl Vehicle {
-    /// Reads a vehicle from JSON, as [`Vehicle::to_json`] writes it, and checks it as a vehicle file is; `file` is
-    /// its name in messages.
+    /// Reads a vehicle from JSON, as returned by [`Vehicle::to_json`], and checks it like a vehicle file; `file` is its
+    /// name in messages.
     ///
     /// # Errors
     /// [`VehicleJsonError`]: not JSON, another format, a number that is missing, unknown or not allowed.
@@ -109,7 +109,7 @@ impl Vehicle {
         read.and_then(vehicle).map_err(|problem| VehicleJsonError { file: file.to_owned(), problem })
     }
 
-    /// Writes the vehicle as JSON, with numbers that read back to the same `f64`.
+    /// Returns the vehicle as JSON, with numbers that read back to the same `f64`.
     ///
     /// # Errors
     /// [`VehicleJsonError`]: JSON cannot represent a number that is not finite.
@@ -165,8 +165,8 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
     };
     let mut coefficients = read_coefficients(&coefficients)?;
     if !stations.is_empty() {
-        let not_sound = || not_allowed("stations", "not in this order".to_owned(), Hull::ALLOWED);
-        coefficients.hull = Hull::new(&stations).ok_or_else(not_sound)?;
+        let invalid = || not_allowed("stations", "not in this order".to_owned(), Hull::ALLOWED);
+        coefficients.hull = Hull::new(&stations).ok_or_else(invalid)?;
     }
     let actuators = read_actuators(actuators)?;
     if let Some(lag) = given_speed_lag {
@@ -179,11 +179,11 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
         }
         coefficients.surge = Surge::Given { lag };
     }
-    let size = |[length, diameter]: [f64; 2]| {
+    let checked = |[length, diameter]: [f64; 2]| {
         let found = || not_allowed("geometry", format!("[{length}, {diameter}]"), Geometry::ALLOWED);
         Geometry::new(length, diameter).ok_or_else(found)
     };
-    let geometry = geometry.map(size).transpose()?;
+    let geometry = geometry.map(checked).transpose()?;
     let published_linear_model = None;
     Ok(Vehicle {
         name,
@@ -202,7 +202,7 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
 fn read_coefficients(numbers: &Numbers) -> Result<Coefficients, JsonProblem> {
     let required = COEFFICIENTS.iter().filter(|spec| spec.is_required()).map(|spec| spec.key);
     let optional = COEFFICIENTS.iter().filter(|spec| !spec.is_required()).map(|spec| spec.key);
-    only("coefficients", numbers, &required.collect::<Vec<_>>(), &optional.collect::<Vec<_>>())?;
+    check_keys("coefficients", numbers, &required.collect::<Vec<_>>(), &optional.collect::<Vec<_>>())?;
     let mut coefficients = Coefficients::default();
     for spec in COEFFICIENTS {
         numbers.get(spec.key).into_iter().for_each(|number| (spec.set)(&mut coefficients, *number));
@@ -244,7 +244,7 @@ fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
         of_effect.into_iter().partition(|key| Effect::acts_out_of_plane(key));
     let required: Vec<&str> = LIMITS.into_iter().chain(required).collect();
     let optional: Vec<&str> = optional.into_iter().chain([RATE]).collect();
-    only(&name, &numbers, &required, &optional)?;
+    check_keys(&name, &numbers, &required, &optional)?;
     for (key, value) in &numbers {
         let allowed = allowed(key);
         if !allowed.contains(*value) {
@@ -257,9 +257,9 @@ fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
     }
     let rate = numbers.get(RATE).copied();
     if rate.is_some() && lag <= 0.0 {
-        return Err(not_allowed(&format!("{name}.lag"), lag.to_string(), NEEDED_BY_RATE));
+        return Err(not_allowed(&format!("{name}.lag"), lag.to_string(), LAG_WITH_RATE));
     }
-    if curve.as_ref().is_some_and(|curve| !within(curve, min, max, &effect)) {
+    if curve.as_ref().is_some_and(|curve| !fits(curve, min, max, &effect)) {
         let found = format!("for other outputs than {min} to {max}");
         return Err(not_allowed(&format!("{name}.curve"), found, "that of a thruster, and reach its limits"));
     }
@@ -267,8 +267,8 @@ fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
     Ok(Actuator { name, min, max, lag, rate, curve, effect })
 }
 
-/// Whether a curve is that of a thruster with these limits.
-fn within(curve: &Curve, min: f64, max: f64, effect: &Effect) -> bool {
+/// Returns `true` if a curve is that of a thruster and covers these limits.
+fn fits(curve: &Curve, min: f64, max: f64, effect: &Effect) -> bool {
     let [least, most] = curve.ends();
     least <= min && max <= most && effect.works_at_rest()
 }
@@ -277,15 +277,20 @@ fn not_allowed(key: &str, found: String, allowed: &'static str) -> JsonProblem {
     JsonProblem::NotAllowed { key: key.to_owned(), found, allowed }
 }
 
-/// Checks that the required numbers are there, and none beyond these and the optional ones.
+/// Checks that all required numbers are present, and no others except optional ones.
 #[inline]
-fn only(place: &str, numbers: &Numbers, required: &[&str], optional: &[&str]) -> Result<(), JsonProblem> {
+fn check_keys(
+    path: &str,
+    numbers: &Numbers,
+    required: &[&str],
+    optional: &[&str],
+) -> Result<(), JsonProblem> {
     let known = |key: &str| required.contains(&key) || optional.contains(&key);
     let unknown = numbers.keys().find(|key| !known(key));
     let missing = required.iter().find(|&&key| !numbers.contains_key(key));
     match (unknown, missing) {
-        (Some(key), _) => Err(JsonProblem::Unknown(format!("{place}.{key}"))),
-        (None, Some(key)) => Err(JsonProblem::Missing(format!("{place}.{key}"))),
+        (Some(key), _) => Err(JsonProblem::Unknown(format!("{path}.{key}"))),
+        (None, Some(key)) => Err(JsonProblem::Missing(format!("{path}.{key}"))),
         (None, None) => Ok(()),
     }
 }

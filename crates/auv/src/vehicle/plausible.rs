@@ -1,4 +1,4 @@
-//! What a vehicle file may say, but hardly means: signs and sizes of coefficients.
+//! Implausible contents of a vehicle file: signs and sizes of coefficients.
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
@@ -10,22 +10,21 @@ use crate::vehicle::actuator::Effect;
 use crate::words::rounded;
 use std::f64::consts::PI;
 
-/// Added mass of more than this multiple of the vehicle's own is unusual: it is 0.6 to 1.4 times as much for the
-/// vehicles that are shipped.
+/// Ratio of added mass to the vehicle's own above which it is unusual; the vehicles of this repository have 0.6 to 1.4.
 const ADDED: f64 = 5.0;
 
-/// A lag of more than this is unusual (s): servos take a tenth, thrusters less than a second, and a speed that is given
-/// some seconds.
+/// Lag above which it is unusual (s): servos have a tenth, thrusters less than a second, and a given speed some
+/// seconds.
 const LAG: f64 = 5.0;
 
-/// Deflections of more than this are unusual (deg): a fin stalls at half of it.
+/// Deflection above which it is unusual (deg): a fin stalls at half of it.
 const DEFLECTION: f64 = 45.0;
 
 impl Vehicle {
-    /// Remarks on coefficients that are allowed but improbable, a sentence each: a centre of gravity above that of
-    /// buoyancy, lift and damping that act with the motion or drive the hull, a moment of inertia that does not go with
-    /// the mass, added mass, lags and deflections that are too large, planes that act ahead of the origin, thrust and
-    /// lengths that do not go with drag and displacement.
+    /// Returns remarks on coefficients that are allowed but improbable, a sentence each: a centre of gravity above the
+    /// centre of buoyancy, lift and damping that act with the motion or feed energy to it, a moment of inertia
+    /// inconsistent with the mass, too large added mass, lags and deflections, control surfaces ahead of the origin,
+    /// thrust and lengths inconsistent with drag and displacement.
     pub fn doubts(&self) -> Vec<String> {
         let c = &self.coefficients;
         let above = c.z_B - c.z_G;
@@ -65,7 +64,7 @@ impl Vehicle {
                 )
             },
         );
-        let round = (c.I_xx > c.I_yy.max(c.I_zz)).then(|| {
+        let roll_inertia = (c.I_xx > c.I_yy.max(c.I_zz)).then(|| {
             format!(
                 "'I_xx' is {} kg.m2, more than 'I_yy' and 'I_zz': a hull is longer than broad; check its axis",
                 rounded(c.I_xx)
@@ -90,13 +89,13 @@ impl Vehicle {
         });
         let surfaces =
             all().filter(|a| matches!(a.effect, Effect::ControlSurface { .. })).map(|a| {
-                let most = a.min.abs().max(a.max.abs()).to_degrees();
-                (most > DEFLECTION + 1e-9).then(|| {
+                let largest = a.min.abs().max(a.max.abs()).to_degrees();
+                (largest > DEFLECTION + 1e-9).then(|| {
                     format!(
                         "'{}' is deflected by up to {} deg; more than {DEFLECTION} deg is unusual, where its force \
                          is taken as proportional: check its unit",
                         a.name,
-                        rounded(most)
+                        rounded(largest)
                     )
                 })
             });
@@ -120,14 +119,14 @@ impl Vehicle {
             })
         });
         let inertia = self.inertia();
-        let of_coefficients = gravity.into_iter().chain(lift).chain(damping).chain(inertia).chain(added);
-        let of_coefficients = of_coefficients.chain(lateral).chain(round);
-        let of_coefficients = of_coefficients.chain(self.driven()).chain(self.out_of_proportion());
-        of_coefficients.chain(ahead.flatten()).chain(lags).chain(surfaces.flatten()).collect()
+        let remarks = gravity.into_iter().chain(lift).chain(damping).chain(inertia).chain(added);
+        let remarks = remarks.chain(lateral).chain(roll_inertia);
+        let remarks = remarks.chain(self.remarks_on_lift()).chain(self.remarks_on_size());
+        remarks.chain(ahead.flatten()).chain(lags).chain(surfaces.flatten()).collect()
     }
 
-    /// A moment of inertia about the centre of gravity below that of a ball of the vehicle's mass and the density of
-    /// water, or above that of all the mass at the ends of the hull.
+    /// Returns a remark on a moment of inertia about the centre of gravity below that of a ball of the vehicle's mass
+    /// and the density of water, or above that of all the mass at the ends of the hull.
     fn inertia(&self) -> Option<String> {
         let c = &self.coefficients;
         let mass = c.mass;
@@ -135,7 +134,7 @@ impl Vehicle {
         let radius = (3.0 * mass / (4.0 * PI * c.density)).cbrt();
         let ball = 0.4 * mass * radius * radius;
         let ends = self.geometry.map(|hull| 0.25 * mass * hull.length * hull.length);
-        let words = match ends {
+        let comparison = match ends {
             _ if own < ball => format!("below {} kg.m2, that of a ball of its mass", rounded(ball)),
             Some(ends) if own > ends => {
                 format!("above {} kg.m2, that of all its mass at the two ends of the hull", rounded(ends))
@@ -143,7 +142,7 @@ impl Vehicle {
             _ => return None,
         };
         Some(format!(
-            "'I_yy' is {} kg.m2, and {} kg.m2 about the centre of gravity, {words}: check its unit",
+            "'I_yy' is {} kg.m2, and {} kg.m2 about the centre of gravity, {comparison}: check its unit",
             rounded(c.I_yy),
             rounded(own)
         ))

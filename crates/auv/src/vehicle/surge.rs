@@ -1,24 +1,24 @@
-//! What moves the vehicle forward: thrust and drag, or a speed that is given from outside.
+//! Surge of a vehicle: from thrust and drag, or at a given speed.
 
 use crate::scalar::Scalar;
 use crate::states::longitudinal;
 use squid_signals::States;
 
-/// Where the surge velocity comes from.
+/// Source of the surge velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Surge {
-    /// Its equation of motion: thrust, drag, inertia.
+    /// Equation of motion: thrust, drag, inertia.
     #[default]
     Free,
-    /// It follows a speed that is given from outside, `u' = (given - u)/lag`, whatever acts on the hull. Heave and
-    /// pitch move at that speed, with \[w q theta\] as the states of their linear model.
+    /// Given speed, followed as `u' = (given - u)/lag` regardless of the forces on the hull. Heave and pitch move at
+    /// that speed, and the linear model has the states \[w q theta\].
     Given {
         /// Time constant \[s\], above zero.
         lag: f64,
     },
 }
 
-/// The numbers that enter the surge force alone.
+/// Coefficients that affect the surge force only.
 const ALONG_THE_HULL: [&str; 8] = [
     "kinematic_viscosity",
     "X_u",
@@ -31,12 +31,12 @@ const ALONG_THE_HULL: [&str; 8] = [
 ];
 
 impl Surge {
-    /// Returns whether the speed is given.
+    /// Returns `true` if the speed is given.
     pub fn is_given(self) -> bool {
         matches!(self, Self::Given { .. })
     }
 
-    /// Returns `u' = (given - u)/lag` where the speed is given.
+    /// Returns `u' = (given - u)/lag` if the speed is given.
     pub fn rate<D: Scalar>(self, u: D, given: D) -> Option<D> {
         match self {
             Self::Free => None,
@@ -49,13 +49,13 @@ impl Surge {
         longitudinal(self.is_given(), depth)
     }
 
-    /// Returns whether a number of a vehicle acts on its motion, by its key in the vehicle file: forces along the hull
-    /// have no part in a speed that is given.
+    /// Returns `true` if a coefficient affects the motion, by its key in the vehicle file: forces along the hull do not
+    /// affect a given speed.
     pub fn uses(self, key: &str) -> bool {
         !(self.is_given() && ALONG_THE_HULL.contains(&key))
     }
 
-    /// The first of the equations of surge, heave and pitch that belongs to the linear model.
+    /// Returns the index of the first equation of surge, heave and pitch that belongs to the linear model.
     pub(crate) fn first(self) -> usize {
         usize::from(self.is_given())
     }

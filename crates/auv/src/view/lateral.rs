@@ -1,4 +1,4 @@
-//! The vehicle in sway, roll and yaw: its states, its signals, and its linear model as an axis of an autopilot has it.
+//! Motion in sway, roll and yaw as seen by an axis of an autopilot: its states and its signals.
 
 use squid_signals::{Interface, LargestStep, Level, Reference, Signal, Unit};
 use std::f64::consts::PI;
@@ -9,16 +9,16 @@ use crate::view::sensed::{Sensed, signals_of};
 
 const DEGREE: f64 = PI / 180.0;
 
-/// The index of heading in [`SIGNALS`].
+/// Index of heading in [`SIGNALS`].
 pub const HEADING: usize = 0;
 
-/// The index of the heading's rate in [`SIGNALS`].
+/// Index of the rate of heading in [`SIGNALS`].
 pub const HEADING_RATE: usize = 2;
 
-/// The index of roll in [`SIGNALS`].
+/// Index of roll in [`SIGNALS`].
 pub const ROLL: usize = 3;
 
-/// Every signal that the axis of heading can have; what is unwrapped is the heading.
+/// Signals of an axis of heading; the heading is unwrapped.
 pub(crate) const SENSED: [Sensed; 5] = [
     Sensed {
         signal: Signal {
@@ -99,10 +99,10 @@ pub(crate) const SENSED: [Sensed; 5] = [
     },
 ];
 
-/// The signals of the view, in their order.
+/// Signals of the view, in order.
 pub static SIGNALS: [Signal; SENSED.len()] = signals_of(&SENSED);
 
-/// The interface of the axis of heading.
+/// Interface of an axis of heading.
 pub static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS };
 
 #[cfg(test)]
@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_fits_together() {
+    fn table_is_consistent() {
         assert_eq!(INTERFACE.scheduled(), Some(crate::view::longitudinal::SPEED));
         assert_eq!(
             ["heading", "heading_rate", "roll"].map(|name| INTERFACE.index(name)),

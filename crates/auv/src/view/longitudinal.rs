@@ -1,4 +1,4 @@
-//! The longitudinal vehicle: its states, its signals, and its linear model as an axis of an autopilot has it.
+//! Longitudinal motion as seen by an axis of an autopilot: its states and its signals.
 
 pub use crate::states::{LONGITUDINAL as STATES, longitudinal as states, turn_rate, turning};
 use crate::view::sensed::{Sensed, signals_of};
@@ -7,16 +7,16 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 const DEGREE: f64 = PI / 180.0;
 
-/// The index of pitch in [`SIGNALS`].
+/// Index of pitch in [`SIGNALS`].
 pub const PITCH: usize = 0;
 
-/// The index of speed in [`SIGNALS`].
+/// Index of speed in [`SIGNALS`].
 pub const SPEED: usize = 1;
 
-/// The index of depth in [`SIGNALS`].
+/// Index of depth in [`SIGNALS`].
 pub const DEPTH: usize = 2;
 
-/// The forward speed, on which every axis is scheduled.
+/// Forward speed, the scheduled signal of every axis.
 pub const SPEED_SIGNAL: Signal = Signal {
     name: "speed",
     unit: "m/s",
@@ -35,18 +35,18 @@ pub const SPEED_SIGNAL: Signal = Signal {
     error: 0.3,
 };
 
-/// The speed, as every view has it.
+/// Speed with its sensor, common to all views.
 pub(crate) const SPEED_SENSED: Sensed = Sensed {
     signal: SPEED_SIGNAL,
     value: |state| state.motion.u,
     displace: |state, by| state.motion.u += by,
 };
 
-/// The index of altitude in [`SIGNALS`].
+/// Index of altitude in [`SIGNALS`].
 pub const ALTITUDE: usize = 5;
 
-/// Every signal that an autopilot can measure; first those that it can track. What is measured is the rate of pitch,
-/// not that about the axis of the body.
+/// Signals that an autopilot can measure, first those that it can track. `pitch_rate` is the rate of the pitch angle,
+/// not the angular velocity about the body axis.
 pub(crate) const SENSED: [Sensed; 6] = [
     Sensed {
         signal: Signal {
@@ -141,18 +141,18 @@ pub(crate) const SENSED: [Sensed; 6] = [
     },
 ];
 
-/// The signals of the view, in their order.
+/// Signals of the view, in order.
 pub static SIGNALS: [Signal; SENSED.len()] = signals_of(&SENSED);
 
-/// The interface of the longitudinal vehicle.
+/// Interface of the longitudinal motion.
 pub static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS };
 
-/// The index of a signal in [`SIGNALS`].
+/// Returns the index of a signal in [`SIGNALS`].
 pub fn index(name: &str) -> Option<usize> {
     INTERFACE.index(name)
 }
 
-/// Every signal that can be tracked, with its reference, in the order of [`SIGNALS`].
+/// Returns every signal that can be tracked, with its reference, in the order of [`SIGNALS`].
 pub fn tracked() -> impl Iterator<Item = (&'static Signal, Reference)> {
     INTERFACE.tracked()
 }
@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_fits_together() {
+    fn table_is_consistent() {
         assert_eq!(
             ["pitch", "speed", "depth", "altitude", "yaw"].map(index),
             [Some(PITCH), Some(SPEED), Some(DEPTH), Some(ALTITUDE), None]

@@ -1,4 +1,4 @@
-//! The vehicle in roll alone: its states and its signals. Sway and yaw are those of another axis, or of nobody.
+//! Motion in roll only: its states and its signals. Sway and yaw belong to another axis, or are uncontrolled.
 
 use crate::view::lateral;
 use crate::view::longitudinal::SPEED_SENSED;
@@ -8,12 +8,12 @@ use std::f64::consts::PI;
 
 const DEGREE: f64 = PI / 180.0;
 
-/// The states of the linear model, x = \[p phi\]: the first of [`lateral::STATES`].
+/// States of the linear model, x = \[p phi\]: the first of [`lateral::STATES`].
 pub static STATES: [State; 2] = [lateral::STATES[0], lateral::STATES[1]];
 
 const ROLL: Sensed = lateral::SENSED[lateral::ROLL];
 
-/// Every signal that an axis of roll can have.
+/// Signals of an axis of roll.
 pub(crate) const SENSED: [Sensed; 3] = [
     Sensed {
         signal: Signal {
@@ -45,8 +45,8 @@ pub(crate) const SENSED: [Sensed; 3] = [
     },
 ];
 
-/// The signals of the view, in their order.
+/// Signals of the view, in order.
 pub static SIGNALS: [Signal; SENSED.len()] = signals_of(&SENSED);
 
-/// The interface of an axis of roll.
+/// Interface of an axis of roll.
 pub static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS };

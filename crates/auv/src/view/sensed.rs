@@ -1,16 +1,16 @@
-//! A signal of a view, and how it follows from the motion.
+//! Signal of a view, and its value in a state.
 
 use crate::simulation::plant::State;
 use squid_signals::Signal;
 
-/// A signal of a view, and how it follows from the motion.
+/// Signal of a view, and its value in a state.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensed {
-    /// Its names, its unit and its state.
+    /// Names, unit and state of the signal.
     pub signal: Signal,
-    /// Returns its value, SI; angles are not wrapped.
+    /// Returns the value, SI; angles are not wrapped.
     pub value: fn(&State) -> f64,
-    /// Adds to it, SI, in a state in which the rate of pitch is 0.
+    /// Adds an offset to the signal, SI, in a state in which the rate of pitch is 0.
     pub displace: fn(&mut State, f64),
 }
 

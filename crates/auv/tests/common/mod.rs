@@ -1,4 +1,4 @@
-//! The vehicles of this repository.
+//! Vehicles of this repository.
 
 #![allow(dead_code, reason = "not every test needs every vehicle")]
 
@@ -14,22 +14,22 @@ pub fn remus100() -> Vehicle {
     vehicle("remus100")
 }
 
-/// A box with a forward and two vertical groups of thrusters, without lift.
+/// Returns a box with a forward and two vertical groups of thrusters, without lift.
 pub fn bluerov2_heavy() -> Vehicle {
     vehicle("bluerov2_heavy")
 }
 
-/// A vehicle in the vertical plane.
+/// Returns a vehicle in the vertical plane.
 fn vehicle(name: &str) -> Vehicle {
-    whole(name).in_plane()
+    six_dof(name).in_plane()
 }
 
-/// A vehicle as its file has it.
-pub fn whole(name: &str) -> Vehicle {
+/// Returns a vehicle in six degrees of freedom, if its file has the coefficients.
+pub fn six_dof(name: &str) -> Vehicle {
     Vehicle::parse(&text(name), "vehicle.toml").unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The text of a vehicle file.
+/// Returns the text of a vehicle file.
 pub fn text(name: &str) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
     std::fs::read_to_string(root.join(name).join("vehicle.toml")).unwrap()

@@ -1,6 +1,6 @@
 //! M, C and D against the linearisation, and their derivatives against their values elsewhere.
 
-use crate::common::{remus100, squid, whole};
+use crate::common::{remus100, six_dof, squid};
 use nalgebra::DMatrix;
 use squid_auv::{
     Descriptor, LATERAL, Lateral, Parameter, Pitch, Speed, Trim, Vehicle, View, lateral, linearise_with,
@@ -8,8 +8,8 @@ use squid_auv::{
 };
 use squid_signals::States;
 
-/// Vehicles in the vertical plane, and one that yaws, each with its trim and its states.
-fn trimmed() -> Vec<(Vehicle, Trim, States)> {
+/// Returns vehicles in the vertical plane, and one that yaws, each with its trim and its states.
+fn vehicles_with_trim() -> Vec<(Vehicle, Trim, States)> {
     let vertical = [(squid(), 0.5, 50.0), (squid(), 2.0, 50.0), (remus100(), 1.5, 20.0)].into_iter();
     let mut all: Vec<(Vehicle, Trim, States)> = vertical
         .flat_map(|(vehicle, speed, depth)| {
@@ -21,18 +21,18 @@ fn trimmed() -> Vec<(Vehicle, Trim, States)> {
     for roll in [false, true] {
         let level = trim(&remus100().in_plane(), Speed::Path(1.5), 20.0).unwrap();
         let level = Trim { actuators: vec![0.0], ..level };
-        all.push((LATERAL.vehicle(&whole("remus100")), level, lateral::states(roll)));
+        all.push((LATERAL.vehicle(&six_dof("remus100")), level, lateral::states(roll)));
     }
     all
 }
 
-fn close(found: &DMatrix<f64>, wanted: &DMatrix<f64>, scale: f64, what: &str) {
-    assert!((found - wanted).amax() <= 1e-12 * scale, "{what}: {found} instead of {wanted}");
+fn close(found: &DMatrix<f64>, expected: &DMatrix<f64>, scale: f64, what: &str) {
+    assert!((found - expected).amax() <= 1e-12 * scale, "{what}: {found} instead of {expected}");
 }
 
 #[test]
-fn the_linearisation_follows() {
-    for (vehicle, level, states) in trimmed() {
+fn linearisation_follows_from_the_descriptor() {
+    for (vehicle, level, states) in vehicles_with_trim() {
         let found = Descriptor::at(&vehicle, &level, states);
         let linear = linearise_with(&vehicle, &level, states).unwrap();
         assert_eq!((linear.states, linear.a.nrows()), (states, states.len()));
@@ -42,65 +42,70 @@ fn the_linearisation_follows() {
     }
 }
 
-/// With roll the model of heading is that of straight flight in six degrees of freedom, whose r is cos(theta) times
-/// the rate of heading; without roll it is what is left when roll is held.
+/// The model of heading with roll is that of straight flight in six degrees of freedom, whose r is cos(theta) times the
+/// rate of heading; without roll it is the same model with roll held.
 #[test]
-fn heading_is_the_lateral_motion_of_straight_flight() {
-    let whole = whole("remus100");
-    let level = trim(&whole.in_plane(), Speed::Path(1.5), 20.0).unwrap();
-    let six = Lateral::at(&whole, 1.5, 20.0, &Pitch::Free).unwrap();
-    let rudder = whole.actuators.iter().position(|one| one.name == "rudder").unwrap();
+fn heading_model_is_the_lateral_motion_of_straight_flight() {
+    let six_dof = six_dof("remus100");
+    let level = trim(&six_dof.in_plane(), Speed::Path(1.5), 20.0).unwrap();
+    let six_dof_model = Lateral::at(&six_dof, 1.5, 20.0, &Pitch::Free).unwrap();
+    let rudder = six_dof.actuators.iter().position(|one| one.name == "rudder").unwrap();
     let of_axis = |roll: bool| {
         let trim = Trim { actuators: vec![0.0], ..level.clone() };
-        linearise_with(&LATERAL.vehicle(&whole), &trim, lateral::states(roll)).unwrap()
+        linearise_with(&LATERAL.vehicle(&six_dof), &trim, lateral::states(roll)).unwrap()
     };
-    let (rolling, held) = (of_axis(true), of_axis(false));
+    let (free_roll, held) = (of_axis(true), of_axis(false));
     let cos = level.pitch.cos();
-    // p, phi, v, r among v, p, r, phi.
-    let places = [1, 3, 0, 2];
+    // Indices of p, phi, v, r among v, p, r, phi.
+    let indices = [1, 3, 0, 2];
     let unit = |index: usize| if index == 2 { cos } else { 1.0 };
-    for (i, row) in places.into_iter().enumerate() {
-        for (j, column) in places.into_iter().enumerate() {
-            let expected = six.a[(row, column)] * unit(column) / unit(row);
-            assert!((rolling.a[(i, j)] - expected).abs() < 1e-9, "{i} {j}");
+    for (i, row) in indices.into_iter().enumerate() {
+        for (j, column) in indices.into_iter().enumerate() {
+            let expected = six_dof_model.a[(row, column)] * unit(column) / unit(row);
+            assert!((free_roll.a[(i, j)] - expected).abs() < 1e-9, "{i} {j}");
         }
-        assert!((rolling.b[(i, 0)] - six.b[(row, rudder)] / unit(row)).abs() < 1e-9, "{i}");
+        assert!((free_roll.b[(i, 0)] - six_dof_model.b[(row, rudder)] / unit(row)).abs() < 1e-9, "{i}");
     }
-    assert_eq!(rolling.a.row(4).iter().copied().collect::<Vec<_>>(), [0.0, 0.0, 0.0, 1.0, 0.0]);
+    assert_eq!(free_roll.a.row(4).iter().copied().collect::<Vec<_>>(), [0.0, 0.0, 0.0, 1.0, 0.0]);
     assert_eq!(held.a.row(2).iter().copied().collect::<Vec<_>>(), [0.0, 1.0, 0.0]);
     let poles = held.a.view((0, 0), (2, 2)).into_owned().complex_eigenvalues();
     for pole in poles.iter() {
-        let near = six.eigenvalues().iter().map(|other| (other - pole).norm()).fold(f64::INFINITY, f64::min);
+        let near = six_dof_model
+            .eigenvalues()
+            .iter()
+            .map(|other| (other - pole).norm())
+            .fold(f64::INFINITY, f64::min);
         assert!(near < 0.05 * pole.norm(), "the roll that turns bring moves them little: {pole}");
     }
 }
 
-/// One coefficient at a time, M, C and D are affine: the derivative gives the value anywhere, exactly. But for three.
+/// M, C and D are affine in each single coefficient except three: the derivative then gives the exact value anywhere.
 #[test]
-fn affine_in_all_but_length_viscosity_and_direction() {
-    for (vehicle, level, states) in trimmed() {
+fn affine_except_in_length_viscosity_and_direction() {
+    for (vehicle, level, states) in vehicles_with_trim() {
         let here = Descriptor::at(&vehicle, &level, states).stacked();
         for parameter in Parameter::all(&vehicle) {
             let derivative = Descriptor::derivative(&vehicle, &level, states, parameter).stacked();
             let value = parameter.coefficient(&vehicle).unwrap();
-            let mut off: f64 = 0.0;
+            let mut error: f64 = 0.0;
             for step in [-0.7 * value, 0.3 * value + 0.01, 2.0 * value - 0.05] {
-                let there = parameter.with_value(&vehicle, value + step);
-                let change = Descriptor::at(&there, &level, states).stacked() - &here;
-                off = off.max((change - &derivative * step).amax() / here.amax());
+                let changed = parameter.with_value(&vehicle, value + step);
+                let change = Descriptor::at(&changed, &level, states).stacked() - &here;
+                error = error.max((change - &derivative * step).amax() / here.amax());
             }
             let name = parameter.name(&vehicle);
-            let bent = ["length", "kinematic_viscosity"].contains(&name.as_str());
-            let bent = bent && vehicle.coefficients.wetted_area > 0.0 || name.ends_with(".direction");
-            assert_eq!(off > 1e-12, bent, "{name}: {off:e}");
+            let nonlinear = ["length", "kinematic_viscosity"].contains(&name.as_str());
+            let nonlinear =
+                nonlinear && vehicle.coefficients.wetted_area > 0.0 || name.ends_with(".direction");
+            assert_eq!(error > 1e-12, nonlinear, "{name}: {error:e}");
         }
     }
 }
 
-/// Where two coefficients multiply, the second derivative holds all that is beyond the two first ones.
+/// The second derivative is all that remains beyond the two first derivatives, for a product of two coefficients.
 #[test]
-fn second_derivatives_hold_what_two_coefficients_do_together() {
-    for (vehicle, level, states) in trimmed() {
+fn second_derivatives_give_products_of_two_coefficients() {
+    for (vehicle, level, states) in vehicles_with_trim() {
         let here = Descriptor::at(&vehicle, &level, states).stacked();
         let mut pairs = 0;
         let all = Parameter::all(&vehicle);
@@ -108,52 +113,55 @@ fn second_derivatives_hold_what_two_coefficients_do_together() {
             for q in &all[i + 1..] {
                 let [dp, dq] = [p, q].map(|r| 0.3 * r.coefficient(&vehicle).unwrap() + 0.01);
                 let both = Descriptor::second_derivative(&vehicle, &level, states, [*p, *q]).stacked();
-                let there = p.with_value(&vehicle, p.coefficient(&vehicle).unwrap() + dp);
-                let there = q.with_value(&there, q.coefficient(&vehicle).unwrap() + dq);
+                let changed = p.with_value(&vehicle, p.coefficient(&vehicle).unwrap() + dp);
+                let changed = q.with_value(&changed, q.coefficient(&vehicle).unwrap() + dq);
                 let first = |r: &Parameter| Descriptor::derivative(&vehicle, &level, states, *r).stacked();
-                let change =
-                    Descriptor::at(&there, &level, states).stacked() - &here - first(p) * dp - first(q) * dq;
-                let bent = |r: &Parameter| {
+                let change = Descriptor::at(&changed, &level, states).stacked()
+                    - &here
+                    - first(p) * dp
+                    - first(q) * dq;
+                let nonlinear = |r: &Parameter| {
                     ["length", "kinematic_viscosity", "direction"]
                         .iter()
                         .any(|k| r.name(&vehicle).ends_with(k))
                 };
-                if !bent(p) && !bent(q) {
+                if !nonlinear(p) && !nonlinear(q) {
                     let what = format!("{} {}", p.name(&vehicle), q.name(&vehicle));
                     close(&(&both * (dp * dq)), &change, here.amax(), &what);
                     pairs += usize::from(both.amax() > 0.0);
                 }
             }
         }
-        // At least mass with the centre of gravity, weight with it, buoyancy with its centre; in sway and yaw none.
+        // Pairs are at least mass with the centre of gravity, weight with it, buoyancy with its centre; none in sway
+        // and yaw.
         assert!(pairs >= if View::of_states(states).is_level_held { 0 } else { 6 }, "{pairs}");
     }
 }
 
 #[test]
-fn derivatives_by_the_trim_are_limits_of_differences() {
-    for (vehicle, level, states) in trimmed() {
-        let moved = |step: f64, parameter: Parameter| {
-            let mut there = level.clone();
+fn trim_derivatives_match_differences() {
+    for (vehicle, level, states) in vehicles_with_trim() {
+        let shifted = |step: f64, parameter: Parameter| {
+            let mut changed = level.clone();
             match parameter {
-                Parameter::Output(i) => there.actuators[i] += step,
-                _ => there.incidence += step,
+                Parameter::Output(i) => changed.actuators[i] += step,
+                _ => changed.incidence += step,
             }
-            Descriptor::at(&vehicle, &there, states).stacked()
+            Descriptor::at(&vehicle, &changed, states).stacked()
         };
         for parameter in
             [Parameter::Incidence].into_iter().chain((0..vehicle.actuators.len()).map(Parameter::Output))
         {
             let exact = Descriptor::derivative(&vehicle, &level, states, parameter).stacked();
             let step = 1e-5;
-            let difference = (moved(step, parameter) - moved(-step, parameter)) / (2.0 * step);
+            let difference = (shifted(step, parameter) - shifted(-step, parameter)) / (2.0 * step);
             assert!((&difference - &exact).amax() < 1e-6 * (1.0 + exact.amax()), "{difference} {exact}");
         }
     }
 }
 
 #[test]
-fn a_misspelt_name_is_told_the_nearest() {
+fn suggests_the_nearest_parameter_name() {
     let vehicle = remus100();
     for parameter in Parameter::all(&vehicle) {
         assert_eq!(Parameter::named(&vehicle, &parameter.name(&vehicle)), Ok(parameter));

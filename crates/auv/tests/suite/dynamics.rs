@@ -1,4 +1,4 @@
-//! The equations of motion against hand computation, closed forms, finite differences, and the thesis on REMUS.
+//! Equations of motion against hand computation, closed forms, finite differences, and the thesis on REMUS.
 
 use crate::common::{remus100, squid};
 use nalgebra::{Matrix4, Vector3};
@@ -9,7 +9,7 @@ use squid_auv::{
 
 const NO_FORCE: [f64; 3] = [0.0; 3];
 
-/// A vehicle with a diagonal mass matrix diag(12, 20, 5).
+/// Returns a vehicle with the diagonal mass matrix diag(12, 20, 5).
 fn plain() -> Coefficients {
     Coefficients {
         mass: 10.0,
@@ -31,7 +31,7 @@ fn close(found: [f64; 3], expected: [f64; 3], tolerance: f64) {
 }
 
 #[test]
-fn acceleration_as_computed_by_hand() {
+fn acceleration_matches_hand_computation() {
     let c = Coefficients { Z_uw: -3.0, M_uw: -2.0, M_q: -1.0, X_uu: -0.25, ..plain() };
     let motion = Motion::in_plane(2.0, 1.0, 0.5, 0.0);
     // X = -(m - Z_w') w q + X_uu u|u|                    = -20 * 0.5 - 0.25 * 4 = -11
@@ -42,7 +42,7 @@ fn acceleration_as_computed_by_hand() {
 }
 
 #[test]
-fn coupled_acceleration_as_computed_by_hand() {
+fn coupled_acceleration_matches_hand_computation() {
     let c = Coefficients {
         z_G: 0.1,
         x_G: 0.2,
@@ -88,7 +88,7 @@ fn coupled_acceleration_as_computed_by_hand() {
 }
 
 #[test]
-fn friction_is_the_ittc_line() {
+fn friction_follows_the_ittc_line() {
     let c = Coefficients {
         density: 1000.0,
         length: 2.0,
@@ -99,7 +99,7 @@ fn friction_is_the_ittc_line() {
         ..plain()
     };
     let dynamics = Dynamics::new(&c).unwrap();
-    // Re = 1e6 at 0.5 m/s: C_f = 0.075 / 16; and astern the same, reversed.
+    // Re = 1e6 at 0.5 m/s: C_f = 0.075 / 16; astern the same with the opposite sign.
     let drag: f64 = 0.5 * 1000.0 * (0.075 / 16.0 * 1.1 * 1.5 + 0.02) * 0.25;
     assert!((dynamics.axial_drag(0.5_f64) + drag).abs() < 1e-12);
     assert!((dynamics.axial_drag(-0.5_f64) - drag).abs() < 1e-12);
@@ -109,7 +109,7 @@ fn friction_is_the_ittc_line() {
 }
 
 #[test]
-fn signs_are_those_of_the_field() {
+fn signs_follow_convention() {
     let dynamics = |c: &Coefficients| Dynamics::new(c).unwrap();
     let rest = Motion::in_plane(0.0, 0.0, 0.0, 0.0);
     let heavy = Coefficients { weight: 99.0, ..plain() };
@@ -143,9 +143,9 @@ fn signs_are_those_of_the_field() {
     close(force, [0.0, 1.0, -0.5], 1e-15);
 }
 
-/// The printed linear form about level trim without incidence: `M x' = C_d x + D u`.
+/// Printed linear form about level trim without incidence: `M x' = C_d x + D u`.
 #[test]
-fn linearisation_without_incidence_is_the_closed_form() {
+fn linearisation_without_incidence_matches_the_closed_form() {
     let mut vehicle = squid();
     let c = &mut vehicle.coefficients;
     (c.buoyancy, c.buoyancy_gradient, c.M_uu) = (c.weight, 0.0, 0.0);
@@ -213,7 +213,7 @@ fn linearisation_without_incidence_is_the_closed_form() {
 }
 
 #[test]
-fn linearisation_agrees_with_central_differences() {
+fn linearisation_matches_central_differences() {
     for (vehicle, speed) in [(squid(), 0.5), (squid(), 2.3), (remus100(), 1.54)] {
         let trim = trim(&vehicle, Speed::Path(speed), 50.0).unwrap();
         let linear = linearise(&vehicle, &trim).unwrap();
@@ -221,7 +221,7 @@ fn linearisation_agrees_with_central_differences() {
         for seed in 0..4 + inputs {
             let at = |step: f64| perturbed(&vehicle, &trim, seed, step);
             // q|q| has no second derivative at q = 0: the error of a central difference is of first order there, and
-            // goes when a half step is extrapolated.
+            // vanishes when extrapolated with a half step.
             let step = 1e-4;
             let difference = |i: usize, h: f64| (at(h)[i] - at(-h)[i]) / (2.0 * h);
             for i in 0..4 {
@@ -246,10 +246,10 @@ fn perturbed(vehicle: &Vehicle, trim: &Trim, seed: usize, step: f64) -> [f64; 4]
     [du, dw, dq, motion.q]
 }
 
-/// Prestero (2001), tables 9.2 and 9.3 at 1.54 m/s, where they follow from the coefficients that he prints:
+/// Reference: Prestero (2001), tables 9.2 and 9.3 at 1.54 m/s, as far as they follow from his printed coefficients:
 /// added-mass and restoring terms. (His linear lift and fin terms do not follow from his nonlinear coefficients.)
 #[test]
-fn remus_added_mass_and_restoring_terms_are_those_of_the_thesis() {
+fn remus_added_mass_and_restoring_terms_match_the_thesis() {
     let mut vehicle = remus100();
     let c = &mut vehicle.coefficients;
     (c.Z_uw, c.Z_uq, c.M_uw, c.M_uq) = (0.0, 0.0, 0.0, 0.0);

@@ -1,4 +1,4 @@
-//! Vehicles whose speed is given from outside.
+//! Vehicles with a given speed.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use squid_auv::{
     Vehicle, actuator_force, index, linearise, linearise_with, trim, trims,
 };
 
-/// NPS AUV II in heave and pitch.
+/// Returns the file of NPS AUV II, used here in heave and pitch.
 fn text() -> String {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/vehicles/nps_auv_ii/vehicle.toml");
     std::fs::read_to_string(file).unwrap()
@@ -20,7 +20,7 @@ fn nps() -> Vehicle {
     Vehicle::parse(&text(), "vehicle.toml").unwrap().in_plane()
 }
 
-/// REMUS 100 with its stern planes alone, whose incidence and deflection change with the speed.
+/// Returns REMUS 100 with its stern planes only; incidence and deflection change with the speed.
 fn remus() -> Vehicle {
     let mut vehicle = remus100();
     vehicle.coefficients.surge = Surge::Given { lag: 0.7 };
@@ -35,10 +35,10 @@ fn close(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() < tolerance * (1.0 + expected.abs()), "{found} and {expected}");
 }
 
-/// Healey and Lienard (1993), in the dive plane about level flight: `(m - Z_w') w' - Z_q' q' = Z_w U w + (m + Z_q) U
-/// q + Z_d U^2 d`, `-M_w' w' + (I - M_q') q' = M_w U w + M_q U q - z_G W theta + M_d U^2 d`, theta' = q.
+/// Reference: Healey and Lienard (1993), in the dive plane about level flight: `(m - Z_w') w' - Z_q' q' = Z_w U w + (m
+/// + Z_q) U q + Z_d U^2 d`, `-M_w' w' + (I - M_q') q' = M_w U w + M_q U q - z_G W theta + M_d U^2 d`, theta' = q.
 #[test]
-fn the_linear_model_is_that_of_the_dive_plane() {
+fn linear_model_matches_the_dive_plane_equations() {
     let vehicle = nps();
     assert_eq!(vehicle.coefficients.X_u_dot, 0.0, "it is not given");
     let [r2, r3, r4, r5] = [2, 3, 4, 5].map(|power| 0.5 * 1025.0 * 5.3_f64.powi(power));
@@ -72,9 +72,9 @@ fn the_linear_model_is_that_of_the_dive_plane() {
     }
 }
 
-/// What a thruster on the axis does along the hull, the given speed does: heave and pitch are trimmed alike.
+/// The given speed replaces an axial thruster: heave and pitch have the same trim.
 #[test]
-fn heave_and_pitch_trim_as_with_a_propeller() {
+fn heave_and_pitch_trim_match_those_with_a_propeller() {
     let (given, free) = (remus(), remus100());
     for speed in [1.4, 1.8, 2.2] {
         let [one, other] = [&given, &free].map(|vehicle| trim(vehicle, Speed::Path(speed), 20.0).unwrap());
@@ -83,19 +83,19 @@ fn heave_and_pitch_trim_as_with_a_propeller() {
         assert!(one.pitch.abs() > 1e-3 && one.actuators[0].abs() > 1e-3);
         let linear = linearise(&given, &one).unwrap();
         let full = linearise(&free, &other).unwrap();
-        // The same forces, with the mass matrix of heave and pitch alone.
+        // The same forces, with the mass matrix of heave and pitch only.
         let mass = free.coefficients.mass_matrix();
         let force = mass * full.a.view((0, 0), (3, 4));
-        let own: Matrix2<f64> = mass.fixed_view::<2, 2>(1, 1).into_owned();
-        let expected = own.try_inverse().unwrap() * force.view((1, 1), (2, 3));
+        let heave_pitch: Matrix2<f64> = mass.fixed_view::<2, 2>(1, 1).into_owned();
+        let expected = heave_pitch.try_inverse().unwrap() * force.view((1, 1), (2, 3));
         assert!((linear.a.rows(0, 2) - expected).amax() < 1e-9);
     }
 }
 
-/// `z' = w cos(theta) - u sin(theta)`: in level flight at a speed V and a pitch theta its row is \[-sin(theta)
-/// cos(theta) 0 -V 0\], nothing depends on z, and the trim moves z by nothing.
+/// The row of `z' = w cos(theta) - u sin(theta)` in level flight at a speed V and a pitch theta is \[-sin(theta)
+/// cos(theta) 0 -V 0\]; nothing depends on z, and z has no trim slope.
 #[test]
-fn the_depth_is_the_last_state_where_it_is_one() {
+fn depth_is_the_last_state() {
     for (vehicle, all) in
         [(remus100(), &["u", "w", "q", "theta", "z"][..]), (remus(), &["w", "q", "theta", "z"])]
     {
@@ -117,14 +117,15 @@ fn the_depth_is_the_last_state_where_it_is_one() {
         for (found, expected) in deep.a.row(n - 1).iter().zip(&row[5 - n..]) {
             close(*found, *expected, 1e-12);
         }
-        let (slope, without) = (deep.trim_slope(&vehicle.actuators), plain.trim_slope(&vehicle.actuators));
+        let (slope, plain_slope) =
+            (deep.trim_slope(&vehicle.actuators), plain.trim_slope(&vehicle.actuators));
         assert!(slope[n - 1].abs() < 1e-12);
-        assert!((slope.remove_row(n - 1) - without).amax() < 1e-9);
+        assert!((slope.remove_row(n - 1) - plain_slope).amax() < 1e-9);
     }
 }
 
 #[test]
-fn the_slope_of_the_trim_is_that_between_trims() {
+fn trim_slope_matches_differences() {
     let vehicle = remus();
     let speeds: Vec<f64> = (0..=8).map(|i| 1.4 + 0.1 * f64::from(i)).collect();
     assert!(trims(&vehicle, 20.0, &speeds, &Pitch::Free).is_ok(), "they lie on one branch");
@@ -140,9 +141,10 @@ fn the_slope_of_the_trim_is_that_between_trims() {
     }
 }
 
-/// `u = given + (u0 - given) exp(-t/lag)`, and `given - rate lag` behind a ramp, whatever planes and current do.
+/// Closed form: `u = given + (u0 - given) exp(-t/lag)`, and `given - rate lag` behind a ramp, independent of planes and
+/// current.
 #[test]
-fn the_speed_follows_what_is_given_and_nothing_else() {
+fn speed_follows_the_given_speed_only() {
     let vehicle = remus();
     let Surge::Given { lag } = vehicle.coefficients.surge else { panic!() };
     let mut plant = Plant::new(&vehicle).unwrap();
@@ -172,39 +174,39 @@ fn the_speed_follows_what_is_given_and_nothing_else() {
     for index in [index::HEAVE, index::Q] {
         close((after.state[index] - instant.state[index]) / 1e-5, rates[index], 1e-3);
     }
-    let mut again = before.clone();
-    again.restore(&before.snapshot()).unwrap();
-    again.advance(plant.time()).unwrap();
-    assert_eq!(again.state(), plant.state());
+    let mut restored = before.clone();
+    restored.restore(&before.snapshot()).unwrap();
+    restored.advance(plant.time()).unwrap();
+    assert_eq!(restored.state(), plant.state());
 }
 
-/// A given surge pushes heave and pitch through the mass matrix: `M_22 [w' q']' = F - M_21 u'`.
+/// A given surge acceleration couples into heave and pitch through the mass matrix: `M_22 [w' q']' = F - M_21 u'`.
 #[test]
-fn a_surge_pushes_heave_and_pitch_by_its_inertia() {
+fn surge_acceleration_couples_into_heave_and_pitch() {
     let vehicle = remus();
     let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
     let motion = Motion::in_plane(1.6, 0.05, 0.1, 0.2);
     let force = actuator_force(&vehicle.actuators, motion.u, [0.05]);
     let at = |given: f64| dynamics.rate(&motion, 20.0, given, force);
-    let (held, pushed) = (at(1.6), at(1.6 + 0.7 * 0.5));
-    assert_eq!((held[0], pushed[3]), (0.0, 0.1));
-    close(pushed[0], 0.5, 1e-12);
+    let (held, accelerated) = (at(1.6), at(1.6 + 0.7 * 0.5));
+    assert_eq!((held[0], accelerated[3]), (0.0, 0.1));
+    close(accelerated[0], 0.5, 1e-12);
     let mass: Matrix3<f64> = remus100().coefficients.mass_matrix();
-    let own: Matrix2<f64> = mass.fixed_view::<2, 2>(1, 1).into_owned();
-    let expected = -own.try_inverse().unwrap() * Vector2::new(mass[(1, 0)], mass[(2, 0)]) * 0.5;
+    let heave_pitch: Matrix2<f64> = mass.fixed_view::<2, 2>(1, 1).into_owned();
+    let expected = -heave_pitch.try_inverse().unwrap() * Vector2::new(mass[(1, 0)], mass[(2, 0)]) * 0.5;
     assert!(expected[1].abs() > 1e-3);
-    close(pushed[1] - held[1], expected[0], 1e-12);
-    close(pushed[2] - held[2], expected[1], 1e-12);
+    close(accelerated[1] - held[1], expected[0], 1e-12);
+    close(accelerated[2] - held[2], expected[1], 1e-12);
 }
 
 #[test]
-fn json_keeps_it_and_refuses_a_thruster() {
+fn json_round_trips_and_rejects_a_thruster() {
     let vehicle = nps();
     let json = vehicle.to_json().unwrap();
     let read = Vehicle::from_json(&json, "vehicle.json").unwrap();
     assert_eq!(read.coefficients, vehicle.coefficients);
     assert!(!remus100().to_json().unwrap().contains("given_speed_lag"));
-    for (found, becomes, words) in [
+    for (found, replacement, message) in [
         (
             "\"given_speed_lag\": 2.0",
             "\"given_speed_lag\": -2.0",
@@ -223,14 +225,14 @@ fn json_keeps_it_and_refuses_a_thruster() {
         ),
     ] {
         assert_eq!(json.matches(found).count(), 1, "{json}");
-        let error = Vehicle::from_json(&json.replace(found, becomes), "vehicle.json").unwrap_err();
-        assert!(error.to_string().contains(words), "{error}");
+        let error = Vehicle::from_json(&json.replace(found, replacement), "vehicle.json").unwrap_err();
+        assert!(error.to_string().contains(message), "{error}");
     }
 }
 
-/// Each refused with its line, in one sentence.
+/// Each entry is rejected with its line, in one sentence.
 #[test]
-fn what_acts_on_the_speed_is_refused() {
+fn rejects_forces_along_the_hull() {
     let number =
         |key: &str, unit: &str| format!("{key} = {{ value = -1.0, unit = \"{unit}\", source = \"x\" }}\n");
     let left_out = "left out where surge.speed is \"given\": nothing else acts on the speed";
@@ -240,16 +242,16 @@ fn what_acts_on_the_speed_is_refused() {
         + "max = { value = 1.0, unit = \"N\", source = \"x\" }\nlag = { value = 0.0, unit = \"s\", source = \"x\" }\n";
     let text = text();
     let line = text.lines().count() + 1;
-    for (more, key, at) in [
+    for (addition, key, at) in [
         (thruster, "thruster", line),
         ("[drag]\n".to_owned() + &number("X_uu", "kg/m"), "drag", line),
         ("[damping]\n".to_owned() + &number("X_u", "kg/s"), "damping.X_u", line + 1),
         (number("X_uu_delta2", "prime"), "control_surface.X_uu_delta2", line),
     ] {
-        let error = Vehicle::parse(&(text.clone() + &more), "vehicle.toml").unwrap_err();
+        let error = Vehicle::parse(&(text.clone() + &addition), "vehicle.toml").unwrap_err();
         assert_eq!(error.to_string(), format!("vehicle.toml:{at}: '{key}' is given; it must be {left_out}"));
     }
-    for (found, becomes, words) in [
+    for (found, replacement, message) in [
         ("\"given\"", "\"held\"", "'surge.speed' is \"held\"; it must be \"given\""),
         ("speed = \"given\"\n", "", "missing key 'surge.speed'"),
         (
@@ -259,8 +261,8 @@ fn what_acts_on_the_speed_is_refused() {
         ),
         ("\"combined\"", "\"viscous\"", "missing key 'added_mass.X_u_dot'"),
     ] {
-        let error = Vehicle::parse(&text.replacen(found, becomes, 1), "vehicle.toml").unwrap_err();
-        assert!(error.mistakes.len() == 1 && error.to_string().contains(words), "{error}");
+        let error = Vehicle::parse(&text.replacen(found, replacement, 1), "vehicle.toml").unwrap_err();
+        assert!(error.mistakes.len() == 1 && error.to_string().contains(message), "{error}");
     }
     let uncertain = Parameter::named(&nps(), "X_uu").unwrap_err();
     assert!(uncertain.to_string().starts_with("the vehicle has no coefficient 'X_uu'"), "{uncertain}");

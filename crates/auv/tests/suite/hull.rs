@@ -1,4 +1,4 @@
-//! Cross-flow drag by the sections of a hull: the closed forms of simple hulls, and what a file may say.
+//! Cross-flow drag over the sections of a hull: closed forms of simple hulls, and its entries in a file.
 
 use crate::common::squid;
 use proptest::prelude::*;
@@ -8,7 +8,7 @@ const SQUID: &str = include_str!("../../../../vehicles/squid/vehicle.toml");
 const DENSITY: f64 = 1000.0;
 const C_D: f64 = 0.8;
 
-/// Z and M of a hull that moves with w and q and meets nothing but its cross-flow drag; its inertia is 1.
+/// Returns Z and M of a hull that moves with w and q, with cross-flow drag only; its inertia is 1.
 fn drag(stations: &[[f64; 2]], w: f64, q: f64) -> [f64; 2] {
     let c = Coefficients {
         mass: 1.0,
@@ -30,10 +30,10 @@ fn close(found: [f64; 2], expected: [f64; 2]) {
     }
 }
 
-/// A box from x_1 to x_2 of breadth b: `Z_ww = -k (x_2 - x_1)`, `M_ww = k (x_2^2 - x_1^2)/2`, `Z_qq = k (x_2^3 |x_2| -
-/// x_1^3 |x_1|)/(4 x)`, that is `k int x|x| dx`, and `M_qq = -k int x^2 |x| dx`, with `k = rho/2 C_d b`.
+/// Closed form for a box from x_1 to x_2 of breadth b: `Z_ww = -k (x_2 - x_1)`, `M_ww = k (x_2^2 - x_1^2)/2`, `Z_qq = k
+/// int x|x| dx`, and `M_qq = -k int x^2 |x| dx`, with `k = rho/2 C_d b`.
 #[test]
-fn a_box_has_the_quadratic_coefficients_of_the_closed_form() {
+fn box_matches_the_closed_form() {
     let (aft, fore, breadth) = (-1.2, 0.8, 0.3);
     let k = 0.5 * DENSITY * C_D * breadth;
     let (z_ww, m_ww) = (-k * (fore - aft), k * (fore * fore - aft * aft) / 2.0);
@@ -51,10 +51,10 @@ fn a_box_has_the_quadratic_coefficients_of_the_closed_form() {
     close(drag(&[[aft, breadth], [fore, breadth]], 0.0, 0.0), [0.0, 0.0]);
 }
 
-/// A hull that tapers to points at both ends, b = b_0 (1 - |x|/h): `Z_ww = -k h`, `M_qq = -k h^4/10`, `Z_qq = M_ww =
-/// 0`.
+/// Closed form for a hull that tapers to points at both ends, b = b_0 (1 - |x|/h): `Z_ww = -k h`, `M_qq = -k h^4/10`,
+/// `Z_qq = M_ww = 0`.
 #[test]
-fn a_tapered_hull_has_the_quadratic_coefficients_of_the_closed_form() {
+fn tapered_hull_matches_the_closed_form() {
     let (half, breadth) = (1.5, 0.4);
     let stations = [[-half, 0.0], [0.0, breadth], [half, 0.0]];
     let k = 0.5 * DENSITY * C_D * breadth;
@@ -65,9 +65,9 @@ fn a_tapered_hull_has_the_quadratic_coefficients_of_the_closed_form() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Of any hull in any motion: the sum over thin strips, within the error of that sum; and drag brakes.
+    /// Drag of any hull in any motion: the sum over thin strips, within the error of that sum; drag dissipates energy.
     #[test]
-    fn drag_is_the_sum_over_strips(
+    fn drag_matches_the_sum_over_strips(
         breadths in prop::collection::vec(0.0..0.5_f64, 4),
         w in -1.0..1.0_f64,
         q in -1.0..1.0_f64,
@@ -79,23 +79,23 @@ proptest! {
         let (mut z, mut m) = (0.0, 0.0);
         for (i, pair) in breadths.windows(2).enumerate() {
             for strip in 0..STRIPS {
-                let part = (strip as f64 + 0.5) / STRIPS as f64;
-                let x = -1.3 + 0.9 * (i as f64 + part);
+                let fraction = (strip as f64 + 0.5) / STRIPS as f64;
+                let x = -1.3 + 0.9 * (i as f64 + fraction);
                 let v: f64 = w - x * q;
-                let force = -0.5 * DENSITY * C_D * (pair[0] + part * (pair[1] - pair[0])) * v * v.abs() * width;
+                let force = -0.5 * DENSITY * C_D * (pair[0] + fraction * (pair[1] - pair[0])) * v * v.abs() * width;
                 z += force;
                 m -= x * force;
             }
         }
         let [found_z, found_m] = drag(&stations, w, q);
-        // The midpoint rule is off by h^2/24 times the length and the second derivative, below 1e4 here.
+        // The error of the midpoint rule is h^2/24 times the length and the second derivative, below 1e4 here.
         prop_assert!((found_z - z).abs() < 1e-2 && (found_m - m).abs() < 1e-2, "{found_z} {z} {found_m} {m}");
         prop_assert!(found_z * w + found_m * q <= 1e-12);
     }
 
-    /// Dual numbers of the linear model against central differences, also where the flow turns within the hull.
+    /// Dual numbers against central differences, also where the cross flow changes sign within the hull.
     #[test]
-    fn derivatives_are_those_of_the_force(w in -1.0..1.0_f64, q in -1.0..1.0_f64) {
+    fn derivatives_match_differences(w in -1.0..1.0_f64, q in -1.0..1.0_f64) {
         let stations = [[-1.0, 0.1], [-0.2, 0.3], [0.9, 0.2]];
         let hull = Hull::new(&stations).unwrap();
         let vehicle = {
@@ -129,7 +129,7 @@ C_d = { value = 0.6, unit = \"1\", source = \"a book\" }
 stations = { value = [[-1.0, 0.0], [0.0, 0.25], [1.0, 0.0]], unit = \"m\", source = \"a drawing\" }
 ";
 
-fn refused(from: &str, to: &str, expected: &str) {
+fn assert_rejected(from: &str, to: &str, expected: &str) {
     assert!(HULL.contains(from), "{from}");
     let text = format!("{}\n{SQUID}", HULL.replacen(from, to, 1));
     let message = Vehicle::parse(&text, "v.toml").expect_err(to).to_string();
@@ -137,7 +137,7 @@ fn refused(from: &str, to: &str, expected: &str) {
 }
 
 #[test]
-fn a_hull_is_read_and_goes_through_json() {
+fn reads_a_hull_and_round_trips_json() {
     let vehicle = Vehicle::parse(&format!("{HULL}\n{SQUID}"), "v.toml").unwrap();
     assert_eq!(vehicle.coefficients.hull.stations(), [[-1.0, 0.0], [0.0, 0.25], [1.0, 0.0]]);
     assert_eq!((vehicle.coefficients.C_d, vehicle.sources["stations"].as_str()), (0.6, "a drawing"));
@@ -145,9 +145,9 @@ fn a_hull_is_read_and_goes_through_json() {
     let text = vehicle.to_json().unwrap();
     assert_eq!(Vehicle::from_json(&text, "v").unwrap(), vehicle);
     assert!(!squid().to_json().unwrap().contains("stations"));
-    let turned = text.replacen("-1.0", "3.0", 1);
+    let reversed = text.replacen("-1.0", "3.0", 1);
     assert!(
-        Vehicle::from_json(&turned, "v")
+        Vehicle::from_json(&reversed, "v")
             .unwrap_err()
             .to_string()
             .starts_with("v: `stations` is not in this order")
@@ -155,7 +155,7 @@ fn a_hull_is_read_and_goes_through_json() {
 }
 
 #[test]
-fn what_is_wrong_with_a_hull_is_told() {
+fn reports_mistakes_in_a_hull() {
     let order = "two pairs [x, breadth] or more, from the stern to the bow: x rising, no breadth below zero";
     for (from, to) in [
         ("[[-1.0, 0.0], [0.0, 0.25], [1.0, 0.0]]", "[[1.0, 0.0], [0.0, 0.25], [-1.0, 0.0]]"),
@@ -163,16 +163,24 @@ fn what_is_wrong_with_a_hull_is_told() {
         ("[0.0, 0.25]", "[-1.0, 0.25]"),
         ("[[-1.0, 0.0], [0.0, 0.25], [1.0, 0.0]]", "[[0.0, 0.25]]"),
     ] {
-        refused(from, to, &format!("3: 'hull.stations.value' is not in this order; it must be {order}"));
+        assert_rejected(
+            from,
+            to,
+            &format!("3: 'hull.stations.value' is not in this order; it must be {order}"),
+        );
     }
-    refused("[[-1.0", "[[\"-1\"", &format!("3: 'hull.stations.value' is a list; it must be {order}"));
-    refused(
+    assert_rejected("[[-1.0", "[[\"-1\"", &format!("3: 'hull.stations.value' is a list; it must be {order}"));
+    assert_rejected(
         "unit = \"m\"",
         "unit = \"mm\"",
         "3: 'hull.stations.unit' is \"mm\" (did you mean \"m\"?); it must be \"m\"",
     );
-    refused("C_d", "# C_d", "1: missing key 'hull.C_d': drag coefficient of the sections in cross flow");
-    refused(
+    assert_rejected(
+        "C_d",
+        "# C_d",
+        "1: missing key 'hull.C_d': drag coefficient of the sections in cross flow",
+    );
+    assert_rejected(
         "stations = {",
         "sections = {",
         "3: unknown key 'hull.sections' (did you mean 'stations'?); allowed here: C_d, stations",

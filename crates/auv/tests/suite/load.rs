@@ -1,4 +1,4 @@
-//! A load from outside, and ballast that changes under way.
+//! External load, and ballast that changes in operation.
 
 use crate::common::{remus100, squid};
 use squid_auv::{
@@ -6,7 +6,7 @@ use squid_auv::{
     linearise, trim,
 };
 
-/// Squid without trim moments: neutral, centres at the origin, and no coupling of heave and pitch.
+/// Returns Squid without trim moments: neutral, centres at the origin, and no coupling of heave and pitch.
 fn neutral() -> Vehicle {
     let mut vehicle = squid();
     let c = &mut vehicle.coefficients;
@@ -26,9 +26,9 @@ fn rates(plant: &Plant) -> Rates {
     plant.rates(&plant.instant(), |index| plant.outputs()[index])
 }
 
-/// A force down moves the mass with the added mass, a force ahead that ahead, a moment the inertia.
+/// A force down accelerates mass and added mass in heave, a force ahead those in surge, a moment the inertia.
 #[test]
-fn at_rest_a_load_moves_mass_and_added_mass() {
+fn load_at_rest_accelerates_mass_and_added_mass() {
     let vehicle = neutral();
     let c = &vehicle.coefficients;
     let [ahead, down, moment] = [0.3, 0.2, -0.1];
@@ -43,7 +43,7 @@ fn at_rest_a_load_moves_mass_and_added_mass() {
     let mut sinks = at_rest(&vehicle);
     sinks.set_load([0.0, 0.0, 1e-6, 0.0, 0.0, 0.0]).unwrap();
     sinks.advance(2.0).unwrap();
-    // Damping at rest is quadratic but for Z_w.
+    // At rest all damping is quadratic except Z_w.
     let linear = |t: f64| {
         let (mass, damping) = (c.mass - c.Z_w_dot, -c.Z_w);
         if damping > 0.0 { 1e-6 / damping * -(-damping / mass * t).exp_m1() } else { 1e-6 * t / mass }
@@ -52,30 +52,30 @@ fn at_rest_a_load_moves_mass_and_added_mass() {
     assert!((w - linear(2.0)).abs() < 1e-5 * w, "{w} and {}", linear(2.0));
 }
 
-/// What the load is in the equations of motion: the same as the force and the moment of a weight, level and at rest.
+/// A load in the equations of motion equals the force and the moment of a weight, level and at rest.
 #[test]
-fn level_a_heavier_vehicle_is_one_that_is_pulled_down() {
+fn extra_weight_equals_a_load_down() {
     for vehicle in [squid(), remus100()] {
-        let more = 0.05 * vehicle.coefficients.weight;
-        let (mut pulled, mut heavier) = (at_rest(&vehicle), at_rest(&vehicle));
+        let extra = 0.05 * vehicle.coefficients.weight;
+        let (mut loaded, mut heavier) = (at_rest(&vehicle), at_rest(&vehicle));
         let ballast = heavier.ballast();
-        pulled.set_load([0.0, 0.0, more, 0.0, -ballast.x_G * more, 0.0]).unwrap();
-        // The weight without its mass, which is what differs.
-        heavier.set_ballast(&Ballast { weight: ballast.weight + more, ..ballast }).unwrap();
-        let (one, other) = (rates(&pulled), rates(&heavier));
+        loaded.set_load([0.0, 0.0, extra, 0.0, -ballast.x_G * extra, 0.0]).unwrap();
+        // The weight is added without its mass, which would differ.
+        heavier.set_ballast(&Ballast { weight: ballast.weight + extra, ..ballast }).unwrap();
+        let (one, other) = (rates(&loaded), rates(&heavier));
         for (one, other) in one.into_iter().zip(other) {
             assert!((one - other).abs() < 1e-13, "{one} and {other}");
         }
         assert!(one[index::HEAVE] - rates(&at_rest(&vehicle))[index::HEAVE] > 0.1);
-        let mass = ballast.mass * (1.0 + more / ballast.weight);
-        heavier.set_ballast(&Ballast { mass, weight: ballast.weight + more, ..ballast }).unwrap();
+        let mass = ballast.mass * (1.0 + extra / ballast.weight);
+        heavier.set_ballast(&Ballast { mass, weight: ballast.weight + extra, ..ballast }).unwrap();
         assert!(rates(&heavier)[index::HEAVE] < one[index::HEAVE]);
     }
 }
 
-/// A load that grows is the limit of stairs; it acts in the LPV model as in the nonlinear one.
+/// A growing load is the limit of a staircase; it acts in the LPV model as in the nonlinear one.
 #[test]
-fn a_load_on_a_ramp_is_the_limit_of_stairs() {
+fn load_ramp_is_the_limit_of_a_staircase() {
     let vehicle = squid();
     let level = trim(&vehicle, Speed::Path(1.5), 30.0).unwrap();
     let linear = linearise(&vehicle, &level).unwrap();
@@ -84,7 +84,7 @@ fn a_load_on_a_ramp_is_the_limit_of_stairs() {
             .unwrap();
     let mut ends = Vec::new();
     for fidelity in [squid_auv::Fidelity::Nonlinear, squid_auv::Fidelity::Lpv] {
-        let flown = [1, 4000].map(|pieces| {
+        let plants = [1, 4000].map(|pieces| {
             let mut plant = Plant::new(&vehicle).unwrap().with_lpv(model.clone()).unwrap();
             plant.set_fidelity(fidelity).unwrap();
             plant.start(0.0, &level).unwrap();
@@ -101,7 +101,7 @@ fn a_load_on_a_ramp_is_the_limit_of_stairs() {
             }
             plant
         });
-        let [ramp, stairs] = flown.map(|plant| (plant.state(), plant.load()));
+        let [ramp, stairs] = plants.map(|plant| (plant.state(), plant.load()));
         assert_eq!(ramp.1, [4.0, 0.0, -6.0, 0.0, 0.5, 0.0]);
         for (one, other) in [
             (ramp.0.motion.u, stairs.0.motion.u),
@@ -117,26 +117,26 @@ fn a_load_on_a_ramp_is_the_limit_of_stairs() {
 }
 
 #[test]
-fn what_is_no_ballast_is_refused_and_changes_nothing() {
+fn rejects_invalid_ballast_without_side_effects() {
     let vehicle = squid();
     let level = trim(&vehicle, Speed::Path(1.5), 30.0).unwrap();
     let mut plant = Plant::new(&vehicle).unwrap();
     plant.start(0.0, &level).unwrap();
     let (before, ballast) = (plant.snapshot(), plant.ballast());
     let motion: Instant = plant.instant();
-    for wrong in [
+    for ballast_out_of_range in [
         Ballast { weight: 0.0, ..ballast },
         Ballast { weight: f64::NAN, ..ballast },
         Ballast { mass: f64::INFINITY, ..ballast },
         Ballast { buoyancy: -1.0, ..ballast },
         Ballast { x_G: f64::INFINITY, ..ballast },
     ] {
-        let refused = plant.set_ballast(&wrong).unwrap_err();
-        assert!(matches!(refused, CoefficientError::NotAllowed { .. }), "{refused}");
+        let error = plant.set_ballast(&ballast_out_of_range).unwrap_err();
+        assert!(matches!(error, CoefficientError::NotAllowed { .. }), "{error}");
     }
-    // I_yy is that about the origin: with the centre of gravity this far off, nothing would be left about itself.
-    let refused = plant.set_ballast(&Ballast { x_G: 10.0, ..ballast }).unwrap_err();
-    assert!(matches!(refused, CoefficientError::MassMatrixNotPositiveDefinite { .. }), "{refused}");
+    // I_yy is about the origin: with the centre of gravity this far off, none is left about itself.
+    let error = plant.set_ballast(&Ballast { x_G: 10.0, ..ballast }).unwrap_err();
+    assert!(matches!(error, CoefficientError::MassMatrixNotPositiveDefinite { .. }), "{error}");
     assert_eq!((plant.snapshot(), plant.instant()), (before, motion));
     plant.advance(1.0).unwrap();
     let mut other = Plant::new(&vehicle).unwrap();

@@ -2,8 +2,9 @@
 
 use squid_auv::{Effect, Vehicle};
 
-/// NPS AUV II, prime-I with L = 5.3 m, as MSS (github.com/cybergalactic/MSS, npsauv.m) lists the coefficients of A. J.
-/// Healey, D. Lienard, IEEE J. Oceanic Engineering 18(3), 1993. The stern planes' Z and M are Z_ds and M_ds.
+/// Returns the file of NPS AUV II, prime-I with L = 5.3 m, with the coefficients of A. J. Healey, D. Lienard, IEEE J.
+/// Oceanic Engineering 18(3), 1993, as listed in MSS (github.com/cybergalactic/MSS, npsauv.m). Z and M of the stern
+/// planes are Z_ds and M_ds.
 fn nps() -> String {
     let prime = |key: &str, value: &str| {
         format!("{key} = {{ value = {value}, unit = \"prime\", source = \"Healey and Lienard (1993)\" }}\n")
@@ -30,12 +31,12 @@ fn nps() -> String {
     .concat()
 }
 
-/// The mass matrix that SIMURV prints for this vehicle, in SI units and four digits.
+/// Mass matrix printed by SIMURV for this vehicle, in SI units and four digits.
 ///
-/// Source: G. Antonelli, SIMURV 4.0 (2013), `InverseDynamics_vehicle_d.m`. Its M_11 and M_15 are off by 2e-4 and
-/// 7e-4: it takes another mass there.
+/// Source: G. Antonelli, SIMURV 4.0 (2013), `InverseDynamics_vehicle_d.m`. Its M_11 and M_15 are off by 2e-4 and 7e-4,
+/// since it uses another mass there.
 #[test]
-fn the_mass_matrix_of_nps_auv_ii_is_the_published_one() {
+fn mass_matrix_of_nps_auv_ii_matches_the_published_one() {
     let vehicle = Vehicle::parse(&nps(), "nps.toml").unwrap();
     let mass = vehicle.coefficients.mass_matrix();
     for (row, column, printed) in
@@ -46,9 +47,9 @@ fn the_mass_matrix_of_nps_auv_ii_is_the_published_one() {
     }
 }
 
-/// With r2 to r5 = rho L^2/2 to rho L^5/2, as MSS multiplies each; the combined lift is split after that.
+/// Scales r2 to r5 = rho L^2/2 to rho L^5/2, as in MSS; the combined lift is split afterwards.
 #[test]
-fn each_coefficient_has_its_own_power_of_the_length() {
+fn coefficients_scale_with_their_power_of_the_length() {
     let vehicle = Vehicle::parse(&nps(), "nps.toml").unwrap();
     let [r2, r3, r4, r5] = [2, 3, 4, 5].map(|power| 0.5 * 1000.0 * 5.3_f64.powi(power));
     let c = &vehicle.coefficients;
@@ -77,10 +78,10 @@ fn read(text: &str, changes: &[(&str, &str)]) -> Result<Vehicle, String> {
     Vehicle::parse(&text, "nps.toml").map_err(|error| error.to_string())
 }
 
-/// Prime-II has rho L^2 T/2 for the mass; with T = L both systems are one. Forces, inertia and linear damping by
+/// Prime-II has rho L^2 T/2 for the mass; with T = L both systems agree. Forces, inertia and linear damping follow
 /// Fossen (2011), table 7.2.
 #[test]
-fn both_systems_and_the_speed() {
+fn scales_of_both_systems_include_the_speed() {
     let text = nps();
     let speed = "speed = { value = 1.5, unit = \"m/s\", source = \"s\" }\n";
     let linear = "[damping]\nZ_w = { value = -0.01, unit = \"prime\", source = \"s\" }\n\
@@ -108,7 +109,7 @@ fn both_systems_and_the_speed() {
 }
 
 #[test]
-fn what_is_wrong_with_the_system_is_told() {
+fn reports_mistakes_in_the_system() {
     let text = nps();
     let line = |marker: &str| text.lines().position(|line| line.starts_with(marker)).unwrap() + 1;
     let message = |changes: &[(&str, &str)]| read(&text, changes).unwrap_err();

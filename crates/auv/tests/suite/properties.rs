@@ -7,7 +7,7 @@ use squid_auv::{Coefficients, Dynamics, Motion, Plant, Speed, TrimError, Vehicle
 const SQUID: &str = include_str!("../../../../vehicles/squid/vehicle.toml");
 
 prop_compose! {
-    /// Any hull without damping, lift, weight or buoyancy to speak of; its mass matrix is positive definite.
+    /// Any hull with negligible damping, lift, weight and buoyancy; its mass matrix is positive definite.
     fn inviscid()(
         mass in 1.0..500.0,
         x_g in -0.3..0.3,
@@ -61,9 +61,10 @@ proptest! {
         prop_assert!(dynamics.axial_drag(u) * u <= 0.0);
     }
 
-    /// A trim within the limits, or one that says which actuator falls short; never anything else for the surrogate.
+    /// A trim is within the limits, or its error names the actuator that falls short; the surrogate has no other
+    /// outcome.
     #[test]
-    fn trim_holds_or_says_what_falls_short(speed in 0.3..6.0, depth in 0.0..200.0) {
+    fn trim_holds_or_names_the_weak_actuator(speed in 0.3..6.0, depth in 0.0..200.0) {
         let vehicle = squid();
         match trim(&vehicle, Speed::Path(speed), depth) {
             Ok(trim) => {
@@ -80,7 +81,7 @@ proptest! {
         }
     }
 
-    /// An output never leaves the range between its start and the limited command.
+    /// An output never leaves the range between its start and the saturated command.
     #[test]
     fn outputs_stay_within_limits(start in -60.0..100.0, command in -1e3..1e3, elapsed in 0.0..10.0) {
         let actuator = &squid().actuators[0];
@@ -90,28 +91,28 @@ proptest! {
         prop_assert!((actuator.output_after(elapsed / 2.0, halfway, command) - output).abs() < 1e-12 * 200.0);
     }
 
-    /// One cut more changes nothing.
+    /// An additional division of the interval changes nothing.
     #[test]
-    fn a_cut_changes_nothing(cut in 0.0..8.0, speed in 0.5..3.0, command in -60.0..100.0) {
+    fn dividing_an_interval_changes_nothing(cut in 0.0..8.0, speed in 0.5..3.0, command in -60.0..100.0) {
         let vehicle = squid();
         let start = trim(&vehicle, Speed::Path(speed), 50.0).unwrap();
-        let mut whole = Plant::new(&vehicle).unwrap();
-        whole.start(0.0, &start).unwrap();
-        whole.set_command(0, command).unwrap();
-        let mut cut_once = whole.clone();
-        whole.advance(8.0).unwrap();
-        cut_once.advance(cut).unwrap();
-        cut_once.advance(8.0).unwrap();
-        let (a, b) = (whole.state(), cut_once.state());
+        let mut undivided = Plant::new(&vehicle).unwrap();
+        undivided.start(0.0, &start).unwrap();
+        undivided.set_command(0, command).unwrap();
+        let mut divided = undivided.clone();
+        undivided.advance(8.0).unwrap();
+        divided.advance(cut).unwrap();
+        divided.advance(8.0).unwrap();
+        let (a, b) = (undivided.state(), divided.state());
         prop_assert!((a.motion.theta - b.motion.theta).abs() < 1e-9);
         prop_assert!((a.motion.u - b.motion.u).abs() < 1e-9);
         prop_assert!((a.depth - b.depth).abs() < 1e-9);
         prop_assert!((a.x - b.x).abs() < 1e-9);
     }
 
-    /// No text, however damaged, makes the reader panic, and every refusal names file and line.
+    /// No text, however damaged, makes the reader panic, and every error names file and line.
     #[test]
-    fn damaged_files_are_refused_politely(
+    fn rejects_damaged_files_with_line_numbers(
         at in 0..SQUID.len(),
         length in 0_usize..80,
         junk in "[\\[\\]{}=\"a-z0-9.\n -]{0,6}",

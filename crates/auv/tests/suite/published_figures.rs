@@ -1,4 +1,4 @@
-//! Trim and linearisation of the vehicles in `vehicles/` against figures that were computed or published independently.
+//! Trim and linearisation of the vehicles in `vehicles/` against figures computed or published independently.
 
 use crate::common::{remus100, squid};
 use nalgebra::Matrix3;
@@ -6,9 +6,9 @@ use squid_auv::{Speed, linearise, trim};
 
 /// Path speed \[m/s\], then the eigenvalues: real part, imaginary part, to the printed digits.
 ///
-/// Computed independently of this code, from the equations of motion of the same surrogate, before this code existed.
-/// Fifteen of the sixteen figures are met within half a unit of the last printed digit; the sixteenth is 0.53248
-/// here, which rounds to 0.532, against a printed 0.533. The tolerance says so: half a unit and 2.5e-5.
+/// The figures were computed independently, from the equations of motion of the same surrogate, before this code
+/// existed. Fifteen of the sixteen agree within half a unit of the last printed digit; the sixteenth is 0.53248 here,
+/// which rounds to 0.532, against a printed 0.533. The tolerance covers it: half a unit and 2.5e-5.
 const SQUID_EIGENVALUES: [(f64, [(f64, f64); 4]); 4] = [
     (0.5, [(-0.608, 0.0), (-0.229, -0.747), (-0.229, 0.747), (-0.118, 0.0)]),
     (1.0, [(-1.111, 0.0), (-0.251, -0.624), (-0.251, 0.624), (-0.223, 0.0)]),
@@ -17,7 +17,7 @@ const SQUID_EIGENVALUES: [(f64, [(f64, f64); 4]); 4] = [
 ];
 
 #[test]
-fn squid_trims_and_linearises_as_computed_independently() {
+fn squid_eigenvalues_match_independent_figures() {
     let vehicle = squid();
     for (speed, expected) in SQUID_EIGENVALUES {
         let trim = trim(&vehicle, Speed::Path(speed), 50.0).unwrap();
@@ -37,23 +37,23 @@ fn squid_trims_and_linearises_as_computed_independently() {
 }
 
 #[test]
-fn remus_lift_loses_its_added_mass_parts() {
+fn remus_lift_is_split_from_added_mass() {
     let c = remus100().coefficients;
     assert!((c.Z_uq - (-6.15)).abs() < 1e-12);
     assert!((c.M_uq - (-3.93)).abs() < 1e-12);
-    // Prestero rounds the Munk moment to 34.6: fins and hull lift are then 24.0 - 34.6.
+    // Prestero rounds the Munk moment to 34.6; the lift of fins and hull is then 24.0 - 34.6.
     assert!((c.M_uw - (24.0 - 34.6)).abs() < 0.05, "{}", c.M_uw);
 }
 
-/// The thesis's linear model is not that of its nonlinear table: from its table 9.3 follow the poles that it prints
-/// (eq. 9.36 corrected), from the nonlinear table, about w = 0 and linearised by hand, 0.434 +- 0.168j and -2.18, and
-/// about the true trim something else again.
+/// The linear model of the thesis does not follow from its nonlinear table: its table 9.3 gives the printed poles (eq.
+/// 9.36 corrected); the nonlinear table, linearised by hand about w = 0, gives 0.434 +- 0.168j and -2.18, and about the
+/// true trim yet other poles.
 #[test]
-fn the_poles_printed_for_remus_do_not_follow_from_its_coefficients() {
+fn printed_poles_of_remus_do_not_follow_from_its_coefficients() {
     let vehicle = remus100();
     let published = vehicle.published_linear_model.clone().unwrap();
     let c = &vehicle.coefficients;
-    // M nu' = C nu of heave, pitch rate and pitch.
+    // Equation `M nu' = C nu` of heave, pitch rate and pitch.
     let poles = |z_w: f64, z_q: f64, m_w: f64, m_q: f64, m_theta: f64| {
         let mass = Matrix3::new(
             c.mass - c.Z_w_dot,

@@ -1,4 +1,4 @@
-//! A limit on the rate of an actuator: its closed form, what it may not change, and how a file says it.
+//! Rate limit of an actuator: its closed form, its invariants, and its entry in a file.
 
 use crate::common::{remus100, squid};
 use proptest::prelude::*;
@@ -6,16 +6,16 @@ use squid_auv::{Actuator, Plant, Speed, Vehicle, trim};
 
 const REMUS: &str = include_str!("../../../../vehicles/remus100/vehicle.toml");
 
-/// A plane of 0.25 rad either way with a lag of 0.1 s.
+/// Returns a plane with limits of +-0.25 rad and a lag of 0.1 s.
 fn plane(rate: Option<f64>) -> Actuator {
     let actuator = remus100().actuators[1].clone();
     Actuator { min: -0.25, max: 0.25, lag: 0.1, rate, ..actuator }
 }
 
-/// Classical fourth-order Runge-Kutta on `T' = clamp((sat(c + s t) - T)/tau, -r, r)`.
+/// Integrates `T' = clamp((sat(c + s t) - T)/tau, -r, r)` by the classical fourth-order Runge-Kutta method.
 fn integrated(actuator: &Actuator, elapsed: f64, start: f64, command: f64, slope: f64) -> f64 {
     let rate = actuator.rate.unwrap_or(f64::INFINITY);
-    let moves = |time: f64, output: f64| {
+    let rate_at = |time: f64, output: f64| {
         let target = (command + slope * time).clamp(actuator.min, actuator.max);
         ((target - output) / actuator.lag).clamp(-rate, rate)
     };
@@ -23,20 +23,20 @@ fn integrated(actuator: &Actuator, elapsed: f64, start: f64, command: f64, slope
     let h = elapsed / f64::from(steps);
     for step in 0..steps {
         let time = f64::from(step) * h;
-        let k1 = moves(time, output);
-        let k2 = moves(time + 0.5 * h, output + 0.5 * h * k1);
-        let k3 = moves(time + 0.5 * h, output + 0.5 * h * k2);
-        let k4 = moves(time + h, output + h * k3);
+        let k1 = rate_at(time, output);
+        let k2 = rate_at(time + 0.5 * h, output + 0.5 * h * k1);
+        let k3 = rate_at(time + 0.5 * h, output + 0.5 * h * k2);
+        let k4 = rate_at(time + h, output + h * k3);
         output += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
     }
     output
 }
 
-/// A step runs at the rate until its error is r tau, and comes the rest of the way as the lag does: by hand.
+/// A step runs at the rate limit until the error is r tau, and then decays with the lag: computed by hand.
 #[test]
-fn a_step_by_hand() {
+fn step_matches_hand_computation() {
     let plane = plane(Some(0.5));
-    // From -0.2 to 0.2 rad: 0.35 rad at 0.5 rad/s, then 0.05 rad left.
+    // Path from -0.2 to 0.2 rad: 0.35 rad at 0.5 rad/s, then 0.05 rad left.
     assert!((plane.output_after(0.4, -0.2, 0.2) - 0.0).abs() < 1e-15);
     assert!((plane.output_after(0.7, -0.2, 0.2) - 0.15).abs() < 1e-15);
     assert!((plane.output_after(0.8, -0.2, 0.2) - (0.2 - 0.05 * (-1.0_f64).exp())).abs() < 1e-15);
@@ -45,9 +45,9 @@ fn a_step_by_hand() {
     assert!((plane.output_rate(0.0_f64, 0.02) - 0.2).abs() < 1e-15);
 }
 
-/// Steps and ramps, slower and faster than the rate, from within and beyond it, through both limits.
+/// Steps and ramps slower and faster than the rate limit, starting at and below it, through both limits.
 #[test]
-fn the_closed_form_is_the_solution() {
+fn closed_form_matches_integration() {
     let plane = plane(Some(0.5));
     for start in [-0.2, 0.0, 0.24] {
         for command in [-0.6, -0.1, 0.02, 0.3] {
@@ -55,8 +55,8 @@ fn the_closed_form_is_the_solution() {
                 for elapsed in [0.02, 0.3, 1.5] {
                     let found = plane.output_along(elapsed, start, command, slope);
                     let expected = integrated(&plane, elapsed, start, command, slope);
-                    let place = format!("{start} {command} {slope} {elapsed}");
-                    assert!((found - expected).abs() < 1e-6, "{place}: {found} and {expected}");
+                    let label = format!("{start} {command} {slope} {elapsed}");
+                    assert!((found - expected).abs() < 1e-6, "{label}: {found} and {expected}");
                 }
             }
         }
@@ -64,25 +64,25 @@ fn the_closed_form_is_the_solution() {
 }
 
 proptest! {
-    /// It moves no faster than its rate, and one cut more changes nothing.
+    /// The rate limit holds, and an additional division of the interval changes nothing.
     #[test]
-    fn it_keeps_its_rate(
+    fn output_keeps_its_rate_limit(
         (start, command, slope) in (-0.25..0.25, -1.0..1.0, -3.0..3.0),
         (rate, elapsed, part) in (0.01..2.0, 0.0..3.0, 0.0..1.0),
     ) {
         let plane = plane(Some(rate));
-        let whole = plane.output_along(elapsed, start, command, slope);
-        prop_assert!((whole - start).abs() <= rate * elapsed + 1e-15);
-        prop_assert!((plane.min..=plane.max).contains(&whole));
-        let cut = part * elapsed;
-        let first = plane.output_along(cut, start, command, slope);
-        let second = plane.output_along(elapsed - cut, first, command + slope * cut, slope);
-        prop_assert!((second - whole).abs() < 1e-12, "{second} and {whole}");
+        let undivided = plane.output_along(elapsed, start, command, slope);
+        prop_assert!((undivided - start).abs() <= rate * elapsed + 1e-15);
+        prop_assert!((plane.min..=plane.max).contains(&undivided));
+        let first_part = part * elapsed;
+        let first = plane.output_along(first_part, start, command, slope);
+        let second = plane.output_along(elapsed - first_part, first, command + slope * first_part, slope);
+        prop_assert!((second - undivided).abs() < 1e-12, "{second} and {undivided}");
     }
 
-    /// Where the error stays below r tau it is the lag alone, to the bit.
+    /// While the error stays below r tau, the lag acts alone, to the bit.
     #[test]
-    fn slow_commands_meet_the_lag_alone(
+    fn slow_commands_see_only_the_lag(
         (start, command, elapsed) in (-0.25..0.25, -1.0..1.0, 0.0..3.0),
         (rate, slope) in (5.1..9.0, -5.0..5.0),
     ) {
@@ -94,25 +94,25 @@ proptest! {
         prop_assert_eq!(found.to_bits(), expected.to_bits());
     }
 
-    /// A flight hardly depends on how it is divided, through the corners of the rates.
+    /// A flight barely depends on its division, across the corners of the rate limit.
     #[test]
-    fn a_cut_of_a_flight_changes_nothing(cut in 0.0..4.0, command in -0.25..0.25, rate in 0.05..1.0) {
+    fn dividing_a_flight_changes_nothing(first_part in 0.0..4.0, command in -0.25..0.25, rate in 0.05..1.0) {
         let mut vehicle = remus100();
         vehicle.actuators[1].rate = Some(rate);
-        let mut whole = Plant::new(&vehicle).unwrap();
-        whole.start(0.0, &trim(&vehicle, Speed::Path(1.8), 30.0).unwrap()).unwrap();
-        whole.set_command(1, command).unwrap();
-        let mut cut_once = whole.clone();
-        whole.advance(4.0).unwrap();
-        cut_once.advance(cut).unwrap();
-        cut_once.advance(4.0).unwrap();
-        let (a, b) = (whole.state(), cut_once.state());
+        let mut undivided = Plant::new(&vehicle).unwrap();
+        undivided.start(0.0, &trim(&vehicle, Speed::Path(1.8), 30.0).unwrap()).unwrap();
+        undivided.set_command(1, command).unwrap();
+        let mut divided = undivided.clone();
+        undivided.advance(4.0).unwrap();
+        divided.advance(first_part).unwrap();
+        divided.advance(4.0).unwrap();
+        let (a, b) = (undivided.state(), divided.state());
         prop_assert!((a.motion.theta - b.motion.theta).abs() < 1e-8);
         prop_assert!((a.depth - b.depth).abs() < 1e-8);
     }
 }
 
-/// REMUS 100 with a line in the table of its planes.
+/// Returns the file of REMUS 100 with a line added to the table of its planes.
 fn with(line: &str) -> String {
     let head = "name = \"stern_planes\"\n";
     assert_eq!(REMUS.matches(head).count(), 1);
@@ -120,14 +120,14 @@ fn with(line: &str) -> String {
 }
 
 #[test]
-fn a_file_says_it_in_radians_or_degrees() {
+fn reads_the_rate_limit_in_radians_or_degrees() {
     let read = |line: &str| Vehicle::parse(&with(line), "v.toml").unwrap();
     let vehicle = read(r#"rate = { value = 60.0, unit = "deg/s", source = "a test" }"#);
     assert_eq!(vehicle.actuators[1].rate, Some(60.0_f64.to_radians()));
     assert_eq!((vehicle.actuators[0].rate, remus100().actuators[1].rate), (None, None));
     assert_eq!(vehicle.sources["stern_planes.rate"], "a test");
-    let again = read(r#"rate = { value = 1.5, unit = "rad/s", source = "a test" }"#);
-    assert_eq!(again.actuators[1].rate, Some(1.5));
+    let other = read(r#"rate = { value = 1.5, unit = "rad/s", source = "a test" }"#);
+    assert_eq!(other.actuators[1].rate, Some(1.5));
     let mut thrust = squid();
     thrust.actuators[0].rate = Some(40.0);
     for mut vehicle in [vehicle, thrust] {
@@ -140,8 +140,8 @@ fn a_file_says_it_in_radians_or_degrees() {
 }
 
 #[test]
-fn what_cannot_be_is_told() {
-    let refused = |text: &str| Vehicle::parse(text, "v.toml").unwrap_err().to_string();
+fn rejects_invalid_rate_limits() {
+    let rejection = |text: &str| Vehicle::parse(text, "v.toml").unwrap_err().to_string();
     for (line, expected) in [
         (
             r#"rate = { value = 0.0, unit = "rad/s", source = "s" }"#,
@@ -164,14 +164,14 @@ fn what_cannot_be_is_told() {
             "is in \"N/s\"; it must be in \"rad/s\" or \"deg/s\"",
         ),
     ] {
-        let said = refused(&with(line));
-        assert!(said.ends_with(&format!("'control_surface.rate' {expected}")), "{said}");
+        let message = rejection(&with(line));
+        assert!(message.ends_with(&format!("'control_surface.rate' {expected}")), "{message}");
     }
     let text = with(r#"rate = { value = 60.0, unit = "deg/s", source = "s" }"#);
-    let said = refused(&text.replace("lag = { value = 0.1,", "lag = { value = 0.0,"));
+    let message = rejection(&text.replace("lag = { value = 0.1,", "lag = { value = 0.0,"));
     let expected = "'control_surface.lag' is 0 s; it must be above zero where a rate is given: the rate limit is that \
                     of the lag";
-    assert!(said.ends_with(expected), "{said}");
+    assert!(message.ends_with(expected), "{message}");
     let mut json: serde_json::Value = serde_json::from_str(&remus100().to_json().unwrap()).unwrap();
     for (rate, lag, expected) in [
         (0.0, 0.1, "`stern_planes.rate` is 0, and must be a number above zero"),
@@ -179,7 +179,7 @@ fn what_cannot_be_is_told() {
     ] {
         let numbers = &mut json["actuators"][1]["numbers"];
         (numbers["rate"], numbers["lag"]) = (rate.into(), lag.into());
-        let said = Vehicle::from_json(&json.to_string(), "v.json").unwrap_err().to_string();
-        assert!(said.starts_with(&format!("v.json: {expected}")), "{said}");
+        let message = Vehicle::from_json(&json.to_string(), "v.json").unwrap_err().to_string();
+        assert!(message.starts_with(&format!("v.json: {expected}")), "{message}");
     }
 }

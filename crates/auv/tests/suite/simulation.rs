@@ -1,6 +1,6 @@
-//! The plant: energy, convergence, cutting of intervals, current, actuators, refusals.
+//! Plant: energy, convergence, division of intervals, current, actuators, rejected input.
 
-use crate::common::{remus100, squid, whole};
+use crate::common::{remus100, six_dof, squid};
 use squid_auv::{
     Coefficients, Current, Dynamics, Fidelity, IntegrationError, Motion, Plant, SimulationError, Speed,
     State, Trim, Vehicle, actuator_force, trim,
@@ -8,14 +8,14 @@ use squid_auv::{
 
 const DEPTH: f64 = 50.0;
 
-fn trimmed(vehicle: &Vehicle, speed: f64) -> (Plant, Trim) {
+fn plant_at_trim(vehicle: &Vehicle, speed: f64) -> (Plant, Trim) {
     let trim = trim(vehicle, Speed::Path(speed), DEPTH).unwrap();
     let mut plant = Plant::new(vehicle).unwrap();
     plant.start(0.0, &trim).unwrap();
     (plant, trim)
 }
 
-/// Kinetic energy, added mass included, and the energy of weight and buoyancy.
+/// Returns the kinetic energy, added mass included, plus the potential energy of weight and buoyancy.
 fn energy(c: &Coefficients, state: &State) -> f64 {
     let Motion { u, w, q, theta, .. } = state.motion;
     let nu = nalgebra::Vector3::new(u, w, q);
@@ -51,7 +51,7 @@ fn undamped_motion_conserves_energy() {
     }
 }
 
-/// Classical fourth-order Runge-Kutta over body and actuators together: another method, other code.
+/// Integrates body and actuators together by the classical fourth-order Runge-Kutta method, as an independent check.
 fn rk4(vehicle: &Vehicle, trim: &Trim, commands: &[f64], duration: f64, steps: usize) -> Vec<f64> {
     let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
     let rate = |y: &[f64]| -> Vec<f64> {
@@ -83,13 +83,13 @@ fn rk4(vehicle: &Vehicle, trim: &Trim, commands: &[f64], duration: f64, steps: u
 }
 
 #[test]
-fn an_independent_method_finds_the_same_motion() {
+fn independent_method_finds_the_same_motion() {
     for (vehicle, speed, commands) in [
         (squid(), 1.0, vec![12.0, 1.0, 3.0]),
         (squid(), 2.5, vec![40.0, -80.0, 20.0]),
         (remus100(), 1.54, vec![5.0, 0.05]),
     ] {
-        let (mut plant, trim) = trimmed(&vehicle, speed);
+        let (mut plant, trim) = plant_at_trim(&vehicle, speed);
         for (i, command) in commands.iter().enumerate() {
             plant.set_command(i, *command).unwrap();
         }
@@ -106,13 +106,13 @@ fn an_independent_method_finds_the_same_motion() {
 }
 
 #[test]
-fn the_cut_of_an_interval_does_not_matter() {
+fn division_of_an_interval_does_not_matter() {
     let vehicle = squid();
-    let fly = |cuts: &dyn Fn(usize) -> f64, count: usize| {
-        let (mut plant, _) = trimmed(&vehicle, 1.0);
+    let fly = |instants: &dyn Fn(usize) -> f64, count: usize| {
+        let (mut plant, _) = plant_at_trim(&vehicle, 1.0);
         let mut commanded = false;
         for i in 1..=count {
-            let to = cuts(i);
+            let to = instants(i);
             plant.advance(to).unwrap();
             if !commanded && to >= 1.0 - 1e-12 {
                 plant.set_command(0, 20.0).unwrap();
@@ -124,30 +124,30 @@ fn the_cut_of_an_interval_does_not_matter() {
         }
         plant.state()
     };
-    let whole = fly(&|i| [1.0, 60.0][i - 1], 2);
+    let undivided = fly(&|i| [1.0, 60.0][i - 1], 2);
     let fine = fly(&|i| i as f64 / 100.0, 6000);
     let uneven = fly(&|i| if i <= 8 { i as f64 / 8.0 } else { (1.0 + 0.37 * (i - 8) as f64).min(60.0) }, 168);
     for other in [fine, uneven] {
-        let (a, b) = (whole.motion, other.motion);
+        let (a, b) = (undivided.motion, other.motion);
         for (a, b) in [
             (a.u, b.u),
             (a.w, b.w),
             (a.q, b.q),
             (a.theta, b.theta),
-            (whole.x, other.x),
-            (whole.depth, other.depth),
+            (undivided.x, other.x),
+            (undivided.depth, other.depth),
         ] {
             assert!((a - b).abs() < 1e-9, "{a} {b}");
         }
     }
 }
 
-/// Masters send times such as 0.30000000000000004: the sliver that is left over is no interval to fail on.
+/// Co-simulation masters send times such as 0.30000000000000004: the remaining sliver of time must not fail.
 #[test]
-fn slivers_of_time_are_crossed() {
-    let (mut plant, _) = trimmed(&squid(), 1.0);
+fn crosses_slivers_of_time() {
+    let (mut plant, _) = plant_at_trim(&squid(), 1.0);
     plant.set_command(0, 20.0).unwrap();
-    let mut whole = plant.clone();
+    let mut undivided = plant.clone();
     for i in 1..=100 {
         let to = f64::from(i) * 0.1;
         plant.advance(to - 1e-12).unwrap();
@@ -155,16 +155,16 @@ fn slivers_of_time_are_crossed() {
         plant.advance(to).unwrap();
         plant.advance(to).unwrap();
     }
-    whole.advance(10.0).unwrap();
-    assert!((plant.state().motion.theta - whole.state().motion.theta).abs() < 1e-11);
-    assert!((plant.state().x - whole.state().x).abs() < 1e-11);
+    undivided.advance(10.0).unwrap();
+    assert!((plant.state().motion.theta - undivided.state().motion.theta).abs() < 1e-11);
+    assert!((plant.state().x - undivided.state().x).abs() < 1e-11);
     assert_eq!(plant.time(), 10.0);
 }
 
 #[test]
 fn trim_stays_trim() {
     for (vehicle, speed) in [(squid(), 0.5), (squid(), 3.0), (remus100(), 1.54)] {
-        let (mut plant, trim) = trimmed(&vehicle, speed);
+        let (mut plant, trim) = plant_at_trim(&vehicle, speed);
         plant.advance(20.0).unwrap();
         let state = plant.state();
         assert!((state.motion.theta - trim.pitch).abs() < 1e-9);
@@ -174,17 +174,17 @@ fn trim_stays_trim() {
 }
 
 #[test]
-fn a_steady_current_carries_the_vehicle_along() {
+fn steady_current_displaces_the_vehicle() {
     let vehicle = squid();
-    let (mut still, trim) = trimmed(&vehicle, 1.0);
-    let (mut carried, _) = trimmed(&vehicle, 1.0);
-    carried.set_current(Current { horizontal: 0.7, vertical: 0.0, ..Current::default() }).unwrap();
-    carried.start(0.0, &trim).unwrap();
-    for plant in [&mut still, &mut carried] {
+    let (mut still, trim) = plant_at_trim(&vehicle, 1.0);
+    let (mut displaced, _) = plant_at_trim(&vehicle, 1.0);
+    displaced.set_current(Current { horizontal: 0.7, vertical: 0.0, ..Current::default() }).unwrap();
+    displaced.start(0.0, &trim).unwrap();
+    for plant in [&mut still, &mut displaced] {
         plant.set_command(0, 15.0).unwrap();
         plant.advance(30.0).unwrap();
     }
-    let (a, b) = (still.state(), carried.state());
+    let (a, b) = (still.state(), displaced.state());
     for (a, b) in [
         (a.motion.u, b.motion.u),
         (a.motion.w, b.motion.w),
@@ -194,12 +194,12 @@ fn a_steady_current_carries_the_vehicle_along() {
         assert!((a - b).abs() < 1e-10, "{a} {b}");
     }
     assert!((b.x - a.x - 0.7 * 30.0).abs() < 1e-8);
-    assert!((carried.earth_velocity()[0] - still.earth_velocity()[0] - 0.7).abs() < 1e-9);
+    assert!((displaced.earth_velocity()[0] - still.earth_velocity()[0] - 0.7).abs() < 1e-9);
 }
 
 #[test]
-fn a_sudden_current_leaves_the_velocity_over_ground() {
-    let (mut plant, _) = trimmed(&squid(), 1.0);
+fn sudden_current_keeps_the_velocity_over_ground() {
+    let (mut plant, _) = plant_at_trim(&squid(), 1.0);
     plant.advance(1.0).unwrap();
     let before = plant.earth_velocity();
     plant.set_current(Current { horizontal: -0.4, vertical: 0.1, ..Current::default() }).unwrap();
@@ -213,7 +213,7 @@ fn a_sudden_current_leaves_the_velocity_over_ground() {
 #[test]
 fn actuators_lag_and_saturate() {
     let vehicle = squid();
-    let (mut plant, trim) = trimmed(&vehicle, 1.0);
+    let (mut plant, trim) = plant_at_trim(&vehicle, 1.0);
     plant.set_command(1, 1e6).unwrap();
     plant.advance(0.2).unwrap();
     let expected = 100.0 + (trim.actuators[1] - 100.0) * (-1.0_f64).exp();
@@ -223,15 +223,15 @@ fn actuators_lag_and_saturate() {
     assert!((plant.outputs()[1] + 60.0).abs() < 1e-12);
     let mut direct = vehicle.clone();
     direct.actuators[0].lag = 0.0;
-    let (mut plant, _) = trimmed(&direct, 1.0);
+    let (mut plant, _) = plant_at_trim(&direct, 1.0);
     plant.set_command(0, 7.0).unwrap();
     plant.advance(1e-3).unwrap();
     assert_eq!(plant.outputs()[0], 7.0);
 }
 
 #[test]
-fn misuse_is_refused_and_changes_nothing() {
-    let (mut plant, trim) = trimmed(&squid(), 1.0);
+fn rejects_invalid_input_without_side_effects() {
+    let (mut plant, trim) = plant_at_trim(&squid(), 1.0);
     plant.advance(1.0).unwrap();
     let before = plant.state();
     assert!(matches!(plant.set_command(0, f64::NAN), Err(SimulationError::InputNotFinite { .. })));
@@ -256,15 +256,15 @@ fn misuse_is_refused_and_changes_nothing() {
     assert_eq!(plant.state(), before);
 }
 
-/// Buoyancy that falls by 1e6 N a metre makes the depth run away; the plant says so and stays where it was.
+/// Buoyancy that falls by 1e6 N per metre makes the depth diverge; the plant reports it and keeps its state.
 #[test]
-fn a_motion_that_runs_away_is_reported() {
+fn reports_a_diverging_motion() {
     let mut vehicle = squid();
-    let (sane, _) = trimmed(&vehicle, 1.0);
+    let (nominal, _) = plant_at_trim(&vehicle, 1.0);
     let c = &mut vehicle.coefficients;
     (c.buoyancy_gradient, c.Z_ww, c.M_ww, c.Z_uw, c.Z_w) = (-1e6, 0.0, 0.0, 0.0, 0.0);
     let mut plant = Plant::new(&vehicle).unwrap();
-    plant.set_state(&State { depth: DEPTH + 1e-3, ..sane.state() });
+    plant.set_state(&State { depth: DEPTH + 1e-3, ..nominal.state() });
     let (mut before, mut error) = (plant.state(), None);
     for i in 1..=400 {
         error = plant.advance(f64::from(i) * 0.05).err();
@@ -276,15 +276,15 @@ fn a_motion_that_runs_away_is_reported() {
     let error = error.expect("must run away within 20 s");
     assert!(matches!(error, SimulationError::Integration { .. }), "{error}");
     assert_eq!(plant.state(), before);
-    plant.set_state(&sane.state());
+    plant.set_state(&nominal.state());
     plant.advance(plant.time() + 1e-4).unwrap();
 }
 
-/// A speed or a rate that no vehicle has ends a step, with its name and value, and so does one that is no number.
+/// A speed or a rate that no vehicle reaches, or that is not finite, ends a step with its name and value.
 #[test]
-fn impossible_motions_are_errors() {
-    let vehicle = whole("squid");
-    let pushed = |load: [f64; 6]| {
+fn rejects_impossible_motions() {
+    let vehicle = six_dof("squid");
+    let state_out_of_range = |load: [f64; 6]| {
         let mut plant = Plant::new(&vehicle).unwrap();
         plant.set_load(load).unwrap();
         match plant.advance(1.0).unwrap_err() {
@@ -298,8 +298,8 @@ fn impossible_motions_are_errors() {
             other => panic!("{other}"),
         }
     };
-    assert_eq!(pushed([1e6, 0.0, 0.0, 0.0, 0.0, 0.0]), "the surge speed u");
-    assert_eq!(pushed([0.0, 0.0, 0.0, 1e5, 0.0, 0.0]), "the angular velocity p about x");
+    assert_eq!(state_out_of_range([1e6, 0.0, 0.0, 0.0, 0.0, 0.0]), "the surge speed u");
+    assert_eq!(state_out_of_range([0.0, 0.0, 0.0, 1e5, 0.0, 0.0]), "the angular velocity p about x");
     let mut plant = Plant::new(&vehicle).unwrap();
     let state = plant.state();
     plant.set_state(&State { motion: Motion { w: f64::NAN, ..state.motion }, ..state });

@@ -1,4 +1,4 @@
-//! Trim: what it returns, least norm, and what it refuses.
+//! Trim: its results, least norm, and rejected input.
 
 use crate::common::{bluerov2_heavy, remus100, squid};
 use nalgebra::DVector;
@@ -8,7 +8,7 @@ use squid_auv::{
 };
 
 #[test]
-fn a_trim_is_level_and_steady() {
+fn trim_is_level_and_steady() {
     for (vehicle, speeds) in
         [(squid(), [0.5, 1.0, 1.5, 2.0, 2.5, 3.0]), (remus100(), [1.0, 1.25, 1.5, 1.75, 2.0, 2.25])]
     {
@@ -20,19 +20,19 @@ fn a_trim_is_level_and_steady() {
             assert!((motion.u.hypot(motion.w) - speed).abs() < 1e-14);
             assert!((motion.w * motion.theta.cos() - motion.u * motion.theta.sin()).abs() < 1e-15);
             let force = actuator_force(&vehicle.actuators, motion.u, trim.actuators.iter().copied());
-            let left = dynamics.acceleration(&motion, 50.0, force);
-            assert!(left.iter().all(|a| a.abs() < 1e-12), "{left:?}");
+            let residual = dynamics.acceleration(&motion, 50.0, force);
+            assert!(residual.iter().all(|a| a.abs() < 1e-12), "{residual:?}");
             assert!(trim.residual < 1e-12);
         }
     }
 }
 
-/// Where outputs hold the incidence in level flight alone, as where that needs none, it is free in a climb.
+/// An incidence that the outputs can hold in level flight only, or that level flight has anyway, is free in a climb.
 #[test]
-fn a_climb_from_a_held_trim_is_steady() {
-    for (vehicle, speed, keeps) in [(remus100(), 1.8, false), (bluerov2_heavy(), 0.4, true)] {
+fn climb_from_a_held_trim_is_steady() {
+    for (vehicle, speed, holds_incidence) in [(remus100(), 1.8, false), (bluerov2_heavy(), 0.4, true)] {
         let free = trim(&vehicle, Speed::Path(speed), 20.0).unwrap();
-        let pitch = if keeps { 0.0 } else { free.pitch };
+        let pitch = if holds_incidence { 0.0 } else { free.pitch };
         let mut at = trim_with(&vehicle, Speed::Path(speed), 20.0, &Pitch::Held(pitch)).unwrap();
         let held = at.incidence;
         let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
@@ -40,26 +40,26 @@ fn a_climb_from_a_held_trim_is_steady() {
             at = climb(&vehicle, &at, pitch + 0.02 * f64::from(step)).unwrap();
             let motion = at.motion();
             let force = actuator_force(&vehicle.actuators, motion.u, at.actuators.iter().copied());
-            let left = dynamics.acceleration(&motion, 20.0, force);
-            assert!(left.iter().all(|a| a.abs() < 1e-10), "{left:?}");
+            let residual = dynamics.acceleration(&motion, 20.0, force);
+            assert!(residual.iter().all(|a| a.abs() < 1e-10), "{residual:?}");
         }
-        assert_eq!(at.incidence == held, keeps, "{}", vehicle.name);
+        assert_eq!(at.incidence == held, holds_incidence, "{}", vehicle.name);
     }
 }
 
 #[test]
-fn trim_by_forward_speed_meets_trim_by_path_speed() {
+fn trims_by_forward_and_path_speed_agree() {
     let vehicle = squid();
     let by_path = trim(&vehicle, Speed::Path(0.6), 50.0).unwrap();
-    let by_forward = trim(&vehicle, Speed::Forward(by_path.forward_speed), 50.0).unwrap();
-    assert!((by_forward.speed - 0.6).abs() < 1e-12);
-    assert!((by_forward.incidence - by_path.incidence).abs() < 1e-11);
+    let by_forward_speed = trim(&vehicle, Speed::Forward(by_path.forward_speed), 50.0).unwrap();
+    assert!((by_forward_speed.speed - 0.6).abs() < 1e-12);
+    assert!((by_forward_speed.incidence - by_path.incidence).abs() < 1e-11);
 }
 
 #[test]
-fn redundant_actuators_share_in_the_least_norm() {
+fn redundant_actuators_share_by_least_norm() {
     let mut vehicle = squid();
-    // The two upper thrusters do the same: they share alike, and any other split of the same force is larger.
+    // The two upper thrusters are equivalent: they share equally, and any other division of the same force is larger.
     let even = trim(&vehicle, Speed::Path(2.0), 50.0).unwrap();
     assert!((even.actuators[1] - even.actuators[2]).abs() < 1e-10);
     // A thruster of twice the reach takes four times the load: T_i = s_i^2 times the gradient of the same constraint.
@@ -79,7 +79,7 @@ fn squid_with_vertical() -> Vehicle {
 }
 
 #[test]
-fn a_vertical_thruster_may_carry_the_buoyancy() {
+fn vertical_thruster_reduces_the_effort() {
     let vehicle = squid_with_vertical();
     let without = trim(&squid(), Speed::Path(0.5), 50.0).unwrap();
     let with = trim(&vehicle, Speed::Path(0.5), 50.0).unwrap();
@@ -89,7 +89,7 @@ fn a_vertical_thruster_may_carry_the_buoyancy() {
 }
 
 #[test]
-fn what_cannot_be_trimmed_is_refused_with_numbers() {
+fn rejects_impossible_trims_with_numbers() {
     let vehicle = squid();
     assert!(matches!(trim(&vehicle, Speed::Forward(f64::NAN), 50.0), Err(TrimError::SpeedNotFinite { .. })));
     assert!(matches!(trim(&vehicle, Speed::Path(1.0), f64::INFINITY), Err(TrimError::DepthNotFinite { .. })));
@@ -107,8 +107,8 @@ fn what_cannot_be_trimmed_is_refused_with_numbers() {
         other => panic!("{other:?}"),
     }
 
-    // So slow that the planes cannot hold the bow against the buoyancy: a start at zero incidence alone would find
-    // nothing.
+    // The speed is so low that the planes cannot hold the bow against the buoyancy: a start at zero incidence only
+    // would find nothing.
     match trim(&remus100(), Speed::Path(0.3), 50.0) {
         Err(TrimError::BeyondLimits { actuator, needed, max, unit, .. }) => {
             assert_eq!((actuator.as_str(), unit), ("stern_planes", "deg"));
@@ -133,34 +133,34 @@ fn what_cannot_be_trimmed_is_refused_with_numbers() {
     ));
 }
 
-/// REMUS 100 without its propeller: what is wrong is along the hull, with drag or without, whatever its pitch.
+/// The axial force on REMUS 100 without its propeller is unbalanced, with drag or without, at any pitch.
 #[test]
-fn a_hull_that_nothing_pushes_is_told_so() {
+fn reports_a_hull_without_axial_thruster() {
     let mut remus = remus100();
     remus.actuators.retain(|a| a.unit() != "N");
-    let refused = |vehicle: &Vehicle, pitch: &Pitch| {
+    let message = |vehicle: &Vehicle, pitch: &Pitch| {
         trim_with(vehicle, Speed::Path(1.5), 50.0, pitch).unwrap_err().to_string()
     };
     let begin = "no level trim at 1.5 m/s and 50 m: ";
     for pitch in [Pitch::Free, Pitch::Held(0.05)] {
-        let text = refused(&remus, &pitch);
+        let text = message(&remus, &pitch);
         let found = "no thruster pushes against the drag along the hull, 3.645 N; add a thruster";
         assert!(text.starts_with(&format!("{begin}{found}")), "{text}");
     }
     remus.coefficients.X_uu = 0.0;
-    let text = refused(&remus, &Pitch::Free);
+    let text = message(&remus, &Pitch::Free);
     let found = "nothing acts on the surge speed: no thruster, no drag; add a thruster";
     assert!(text.starts_with(&format!("{begin}{found}")), "{text}");
 }
 
-/// Numbers so large that their squares overflow: a refusal, and no decomposition that goes on for ever.
+/// Numbers whose squares overflow give an error, and no endless decomposition.
 #[test]
-fn absurd_numbers_are_refused_in_time() {
+fn rejects_huge_numbers_in_time() {
     let mut vehicle = squid();
     for spec in COEFFICIENTS {
-        for absurd in [1e308, -1e308, 1e-308, 1e160] {
+        for huge in [1e308, -1e308, 1e-308, 1e160] {
             let before = (spec.get)(&vehicle.coefficients);
-            (spec.set)(&mut vehicle.coefficients, absurd);
+            (spec.set)(&mut vehicle.coefficients, huge);
             if let Ok(found) = trim(&vehicle, Speed::Path(1.0), 50.0) {
                 assert!(found.residual.is_finite(), "{}", spec.key);
             }
@@ -171,10 +171,10 @@ fn absurd_numbers_are_refused_in_time() {
     assert!(trim(&vehicle, Speed::Path(1.0), 1e308).is_err());
 }
 
-/// The slope of the trim against trims at neighbouring speeds. Outputs are compared by the forces that they make,
-/// since several may make the same.
+/// The slope of the trim agrees with trims at neighbouring speeds. Outputs are compared by their forces, since several
+/// outputs may have the same force.
 #[test]
-fn the_slope_of_the_trim_is_its_derivative() {
+fn trim_slope_matches_differences() {
     for (vehicle, speeds, depth) in [
         (squid(), [0.5, 1.0, 2.0, 3.0], 50.0),
         (squid_with_vertical(), [0.5, 1.0, 2.0, 3.0], 50.0),
@@ -207,99 +207,96 @@ fn the_slope_of_the_trim_is_its_derivative() {
     }
 }
 
-/// `count` speeds from one to another.
-fn spread(from: f64, to: f64, count: u32) -> Vec<f64> {
+/// Returns `count` speeds from one to another.
+fn speed_range(from: f64, to: f64, count: u32) -> Vec<f64> {
     (0..count).map(|i| from + (to - from) * f64::from(i) / f64::from(count - 1)).collect()
 }
 
-/// What is left of the forces, by an evaluation of the equations of motion.
-fn left(vehicle: &Vehicle, trim: &Trim) -> f64 {
+/// Returns the remaining acceleration, by an evaluation of the equations of motion.
+fn residual(vehicle: &Vehicle, trim: &Trim) -> f64 {
     let motion = trim.motion();
     let force = actuator_force(&vehicle.actuators, motion.u, trim.actuators.iter().copied());
-    let left = Dynamics::new(&vehicle.coefficients).unwrap().acceleration(&motion, trim.depth, force);
-    left.iter().fold(0.0, |most, a| a.abs().max(most))
+    let residual = Dynamics::new(&vehicle.coefficients).unwrap().acceleration(&motion, trim.depth, force);
+    residual.iter().fold(0.0, |most, a| a.abs().max(most))
 }
 
 #[test]
-fn a_held_pitch_is_held_from_astern_to_ahead() {
+fn held_pitch_is_held_from_astern_to_ahead() {
     let vehicle = bluerov2_heavy();
     for degrees in [0.0_f64, 5.0, -12.0] {
         let pitch = Pitch::Held(degrees.to_radians());
-        for speed in spread(-0.5, 0.7, 13) {
+        for speed in speed_range(-0.5, 0.7, 13) {
             let found = trim_with(&vehicle, Speed::Path(speed), 10.0, &pitch).unwrap();
             assert_eq!((found.pitch, found.speed), (degrees.to_radians(), speed));
             assert!(
                 (found.heave * found.pitch.cos() - found.forward_speed * found.pitch.sin()).abs() < 1e-15
             );
-            assert!(left(&vehicle, &found) < 1e-12, "{speed} m/s");
-            // 1 N of weight in excess, against two pairs of thrusters that push up.
+            assert!(residual(&vehicle, &found) < 1e-12, "{speed} m/s");
+            // Excess weight of 1 N, against two pairs of thrusters that push up.
             let vertical = 2.0 * (found.actuators[1] + found.actuators[2]);
             assert!(degrees != 0.0 || (vertical - (132.57 - 131.588)).abs() < 1e-9, "{vertical}");
         }
-        let by_forward = trim_with(&vehicle, Speed::Forward(-0.3), 10.0, &pitch).unwrap();
-        assert!((by_forward.forward_speed, by_forward.speed < 0.0) == (-0.3, true));
+        let by_forward_speed = trim_with(&vehicle, Speed::Forward(-0.3), 10.0, &pitch).unwrap();
+        assert!((by_forward_speed.forward_speed, by_forward_speed.speed < 0.0) == (-0.3, true));
     }
 }
 
 #[test]
-fn what_cannot_hold_a_pitch_says_what_is_left() {
+fn reports_the_remaining_force_at_a_held_pitch() {
     let error = trim_with(&squid(), Speed::Path(0.5), 50.0, &Pitch::Held(0.0)).unwrap_err();
-    // 3.34 N of buoyancy in excess, and nothing that pushes vertically.
+    // Excess buoyancy of 3.34 N, and no vertical thruster.
     let TrimError::NotHeld { speed, pitch_deg, heave, .. } = error else { panic!("{error}") };
     assert!((speed, pitch_deg) == (0.5, 0.0) && heave < -1.0, "{heave}");
-    let words = error.to_string();
-    assert!(
-        words.starts_with("no trim at 0.5 m/s and 50 m with the pitch held at 0 deg: at best"),
-        "{words}"
-    );
-    assert!(words.contains("N of heave force") && words.contains("'trim.pitch' to \"free\""), "{words}");
+    let text = error.to_string();
+    assert!(text.starts_with("no trim at 0.5 m/s and 50 m with the pitch held at 0 deg: at best"), "{text}");
+    assert!(text.contains("N of heave force") && text.contains("'trim.pitch' to \"free\""), "{text}");
 }
 
-/// Level for the box with vertical thrusters; free, and the very trims of least effort, for the others.
+/// Default pitch: level for the box with vertical thrusters; free, with the trims of least effort, for the others.
 #[test]
-fn the_default_is_level_where_thrusters_can_hold_that() {
+fn default_pitch_is_level_if_thrusters_can_hold_it() {
     let over = |vehicle: &Vehicle, depth, speeds: &[f64]| Pitch::over(vehicle, depth, speeds, None);
-    assert_eq!(over(&bluerov2_heavy(), 10.0, &spread(-0.5, 0.7, 25)), Pitch::Held(0.0));
-    let (slow, fast) = (spread(0.5, 3.0, 26), spread(1.4, 2.2, 26));
+    assert_eq!(over(&bluerov2_heavy(), 10.0, &speed_range(-0.5, 0.7, 25)), Pitch::Held(0.0));
+    let (slow, fast) = (speed_range(0.5, 3.0, 26), speed_range(1.4, 2.2, 26));
     for (vehicle, depth, speeds) in [(squid(), 50.0, &slow), (remus100(), 20.0, &fast)] {
         let pitch = over(&vehicle, depth, speeds);
         assert_eq!(pitch, Pitch::Free);
-        let alone: Vec<Trim> =
+        let least_effort: Vec<Trim> =
             speeds.iter().map(|v| trim(&vehicle, Speed::Path(*v), depth).unwrap()).collect();
-        assert_eq!(trims(&vehicle, depth, speeds, &pitch).unwrap(), alone);
+        assert_eq!(trims(&vehicle, depth, speeds, &pitch).unwrap(), least_effort);
     }
-    // An angle that is asked for is held, also where it will be refused.
+    // A requested angle is held, even if it will be rejected.
     assert_eq!(Pitch::over(&squid(), 50.0, &slow, Some(&Pitch::Held(0.1))), Pitch::Held(0.1));
 }
 
-/// The trims of least effort of the box lie on two branches, bow up and bow down. One
-/// goes on from the lowest speed to the highest, and is followed.
+/// The trims of least effort of the box lie on two branches, bow up and bow down. One continues from the lowest speed
+/// to the highest, and is followed.
 #[test]
-fn a_jump_is_found_at_any_spacing_and_the_branch_is_followed() {
+fn finds_a_jump_at_any_spacing_and_follows_the_branch() {
     let mut vehicle = bluerov2_heavy();
     vehicle.actuators.iter_mut().for_each(|a| (a.min, a.max) = (3.0 * a.min, 3.0 * a.max));
     for count in [5, 26, 101] {
-        let speeds = spread(0.1, 1.0, count);
+        let speeds = speed_range(0.1, 1.0, count);
         let error = trims(&vehicle, 10.0, &speeds, &Pitch::Free).unwrap_err();
         let TrimError::Jump { speed, ref quantity, before, after, .. } = error else { panic!("{error}") };
         assert!((0.3..0.35).contains(&speed) && quantity == "pitch", "{error}");
         assert!((before - after).abs() > 30.0, "{error}");
 
-        let followed = Pitch::over(&vehicle, 10.0, &speeds, Some(&Pitch::Free));
-        assert!(matches!(followed, Pitch::Followed(_)), "{followed:?}");
-        let found = trims(&vehicle, 10.0, &speeds, &followed).unwrap();
-        assert!(found.iter().all(|trim| trim.pitch > 0.0 && left(&vehicle, trim) < 1e-11), "{found:?}");
+        let branch_rule = Pitch::over(&vehicle, 10.0, &speeds, Some(&Pitch::Free));
+        assert!(matches!(branch_rule, Pitch::Followed(_)), "{branch_rule:?}");
+        let found = trims(&vehicle, 10.0, &speeds, &branch_rule).unwrap();
+        assert!(found.iter().all(|trim| trim.pitch > 0.0 && residual(&vehicle, trim) < 1e-11), "{found:?}");
     }
 }
 
 #[test]
-fn a_range_whose_branches_all_end_is_refused_by_speed_and_quantity() {
-    // Asked to hold what no branch holds: the trims bow up and bow down, glued together at 0.5 m/s.
+fn rejects_a_range_without_continuous_branch() {
+    // The requested branch does not exist: the trims bow up and bow down, joined at 0.5 m/s.
     let mut vehicle = bluerov2_heavy();
     vehicle.actuators.iter_mut().for_each(|a| (a.min, a.max) = (3.0 * a.min, 3.0 * a.max));
-    let glued =
+    let joined =
         Pitch::Followed([(0.4, 0.45), (0.5, 0.5), (0.5 + 1e-9, -0.5), (0.6, -0.5)].into_iter().collect());
-    let error = trims(&vehicle, 10.0, &[0.45, 0.55], &glued).unwrap_err().to_string();
+    let error = trims(&vehicle, 10.0, &[0.45, 0.55], &joined).unwrap_err().to_string();
     assert!(error.starts_with("the level trim jumps at 0.5") || error.contains("forward speed"), "{error}");
     assert!(error.contains("'trim.pitch'"), "{error}");
 }

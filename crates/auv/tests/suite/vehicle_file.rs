@@ -1,4 +1,4 @@
-//! Every mistake in a vehicle file gets one message with file, line, key, what was found and what is allowed.
+//! Every mistake in a vehicle file gets one message with file, line, key, the value found and the allowed values.
 
 use std::path::Path;
 
@@ -8,14 +8,14 @@ use squid_auv::{Allowed, COEFFICIENTS, DefaultValue, Effect, FileProblem, Status
 const SQUID: &str = include_str!("../../../../vehicles/squid/vehicle.toml");
 const REMUS: &str = include_str!("../../../../vehicles/remus100/vehicle.toml");
 
-/// The line, counted from 1, of the first line of the text that holds a marker, or that is it if it is a header.
+/// Returns the line, counted from 1, that contains a marker first, or that equals it if it is a header.
 fn line_of(text: &str, marker: &str) -> usize {
     let is_header = marker.starts_with('[');
     let holds = |line: &str| if is_header { line == marker } else { line.contains(marker) };
     text.lines().position(holds).expect(marker) + 1
 }
 
-/// Replaces text in a vehicle file, and returns the message that it then gets and the line of the replacement.
+/// Replaces text in a vehicle file, and returns the resulting message and the line of the replacement.
 fn message(file: &str, from: &str, to: &str) -> (String, usize) {
     assert!(file.contains(from), "{from}");
     let text = file.replacen(from, to, 1);
@@ -24,13 +24,13 @@ fn message(file: &str, from: &str, to: &str) -> (String, usize) {
 }
 
 #[track_caller]
-fn refused(from: &str, to: &str, expected: &str) {
+fn assert_rejected(from: &str, to: &str, expected: &str) {
     let (message, line) = message(SQUID, from, to);
     assert_eq!(message, format!("vehicle.toml:{line}: {expected}"));
 }
 
 #[test]
-fn both_vehicles_read_as_they_are_written() {
+fn reads_both_vehicles() {
     let squid = squid();
     assert_eq!((squid.name.as_str(), squid.status), ("squid", Status::Surrogate));
     assert_eq!(squid.coefficients.Z_uw, -67.14364866073974);
@@ -52,27 +52,27 @@ fn both_vehicles_read_as_they_are_written() {
 }
 
 #[test]
-fn unknown_keys() {
-    refused(
+fn rejects_unknown_keys() {
+    assert_rejected(
         "Z_uw = {",
         "Zuw = {",
         "unknown key 'lift.Zuw' (did you mean 'Z_uw'?); allowed here: Z_uw, Z_uq, M_uw, M_uq, Y_uv, Y_up, Y_ur, K_uv, \
          K_up, K_ur, N_uv, N_up, N_ur, convention",
     );
-    refused(
+    assert_rejected(
         "form_factor = {",
         "quality = {",
         "unknown key 'drag.quality'; allowed here: X_uu, length, wetted_area, form_factor, drag_area",
     );
     let sections = "vehicle, thruster, thruster_group, control_surface, published_linear_model, non_dimensional, \
         surge, geometry, mass, buoyancy, water, added_mass, lift, damping, hull, drag";
-    refused(
+    assert_rejected(
         "[damping]",
         "[dampnig]",
         &format!("unknown key 'dampnig' (did you mean 'damping'?); allowed here: {sections}"),
     );
     let key = "z = { value = 0.2, unit = \"m\"";
-    refused(
+    assert_rejected(
         key,
         "z = { value = 0.2, units = \"m\"",
         "unknown key 'thruster.z.units' (did you mean 'unit'?); allowed here: value, unit, source",
@@ -82,14 +82,14 @@ fn unknown_keys() {
     let missing = format!("vehicle.toml:{header}: missing key 'thruster.z': position below the origin");
     let allowed = "allowed here: name, x, y, z, direction, azimuth, torque, curve, T_nn, min, max, lag, rate";
     assert_eq!(two, format!("{missing}\nvehicle.toml:{line}: unknown key 'thruster.height'; {allowed}"));
-    refused(
+    assert_rejected(
         "status =",
         "state =",
         "unknown key 'vehicle.state' (did you mean 'status'?); allowed here: name, status, description",
     );
 }
 
-/// Two couples and a heave pair, as a builder writes them.
+/// Table of a couple of vertical thrusters, as a builder writes it.
 const GROUP: &str = "
 [[thruster_group]]
 name = \"couple\"
@@ -110,7 +110,7 @@ direction = { value = -90.0, unit = \"deg\", source = \"s\" }
 
 /// Thrust T up at 0.5 m and 1.5 T down at -0.4 m: `Z = -T + 1.5 T`, `M = 0.5 T + 0.4 * 1.5 T`.
 #[test]
-fn thrusters_under_one_command_act_as_their_sum() {
+fn thruster_group_sums_its_thrusters() {
     let vehicle = Vehicle::parse(&format!("{SQUID}{GROUP}"), "vehicle.toml").unwrap();
     let couple = vehicle.actuators.last().unwrap();
     assert_eq!((couple.name.as_str(), couple.unit(), couple.min, couple.max), ("couple", "N", -30.0, 40.0));
@@ -152,7 +152,7 @@ fn thrusters_under_one_command_act_as_their_sum() {
 }
 
 #[test]
-fn missing_keys() {
+fn rejects_missing_keys() {
     let without = |file: &str, start: &str| {
         let line = file.lines().find(|line| line.starts_with(start)).expect(start);
         Vehicle::parse(&file.replacen(line, "", 1), "vehicle.toml").unwrap_err().to_string()
@@ -170,12 +170,12 @@ fn missing_keys() {
     assert_eq!(without(SQUID, "name"), at("[vehicle]", "'vehicle.name': a text in quotes"));
     assert_eq!(without(SQUID, "z = "), at("[[thruster]]", "'thruster.z': position below the origin"));
     assert_eq!(without(SQUID, "lag"), at("[[thruster]]", "'thruster.lag': time constant of the lag"));
-    refused(
+    assert_rejected(
         ", source = \"derived: mass times 9.81 m/s2\"",
         "",
         "missing key 'mass.weight.source': where the number comes from",
     );
-    refused(
+    assert_rejected(
         "unit = \"kg\", source = \"derived from geometry: displaced",
         "source = \"",
         "missing key 'mass.mass.unit': the unit, \"kg\"",
@@ -187,35 +187,39 @@ fn missing_keys() {
 }
 
 #[test]
-fn wrong_units_types_and_words() {
-    refused(
+fn rejects_wrong_units_types_and_texts() {
+    assert_rejected(
         "unit = \"N\", source = \"derived: mass times",
         "unit = \"lbf\", source = \"derived: mass times",
         "'mass.weight' is in \"lbf\"; it must be in \"N\"",
     );
-    refused(
+    assert_rejected(
         "z_G = { value = 0.03, unit = \"m\", source = \"assumed: ballast low in the hull\" }",
         "z_G = 0.03",
         "'mass.z_G' is the number 0.03; it must be a table { value = ..., unit = \"...\", source = \"...\" }",
     );
-    refused(
+    assert_rejected(
         "z_G = { value = 0.03",
         "z_G = { value = \"3 cm\"",
         "'mass.z_G.value' is the text \"3 cm\"; it must be a decimal number",
     );
-    refused(
+    assert_rejected(
         "source = \"assumed: ballast low in the hull\"",
         "source = \" \"",
         "'mass.z_G.source' is empty; it must say something",
     );
-    refused("name = \"squid\"", "name = 7", "'vehicle.name' is the number 7; it must be a text in quotes");
-    refused(
+    assert_rejected(
+        "name = \"squid\"",
+        "name = 7",
+        "'vehicle.name' is the number 7; it must be a text in quotes",
+    );
+    assert_rejected(
         "status = \"surrogate\"",
         "status = \"surogate\"",
         "'vehicle.status' is \"surogate\" (did you mean \"surrogate\"?); it must be \"surrogate\" \
             or \"published\" or \"measured\"",
     );
-    refused(
+    assert_rejected(
         "convention = \"viscous\"",
         "convention = \"total\"",
         "'lift.convention' is \"total\"; it must be \"viscous\" or \"combined\"",
@@ -223,28 +227,28 @@ fn wrong_units_types_and_words() {
 }
 
 #[test]
-fn numbers_that_are_not_allowed() {
-    refused(
+fn rejects_numbers_out_of_range() {
+    assert_rejected(
         "X_u_dot = { value = -1.9624543703746706",
         "X_u_dot = { value = 1.9",
         "'added_mass.X_u_dot' is 1.9 kg; it must be zero or a negative number",
     );
-    refused(
+    assert_rejected(
         "density = { value = 1025.2255",
         "density = { value = 0",
         "'water.density' is 0 kg/m3; it must be a number above zero",
     );
-    refused(
+    assert_rejected(
         "density = { value = 1025.2255",
         "density = { value = 1.0252255",
         "'water.density' is 1.0252255 kg/m3; it must be a density of water, from 900 to 1500 kg/m3",
     );
-    refused(
+    assert_rejected(
         "z_G = { value = 0.03",
         "z_G = { value = nan",
         "'mass.z_G' is NaN m; it must be any finite number",
     );
-    refused(
+    assert_rejected(
         "lag = { value = 0.2",
         "lag = { value = -0.2",
         "'thruster.lag' is -0.2 s; it must be zero or a positive number",
@@ -252,24 +256,24 @@ fn numbers_that_are_not_allowed() {
 }
 
 #[test]
-fn actuators_that_cannot_be() {
-    refused(
+fn rejects_invalid_actuators() {
+    assert_rejected(
         "min = { value = -60.0",
         "min = { value = 160.0",
         "'lower.min' is 160 N and 'lower.max' is 100 N; min must be below max",
     );
-    refused(
+    assert_rejected(
         "source = \"assumed: ballast",
         "source = \"\\u0007assumed: ballast",
         "'mass.z_G.source' holds the character U+0007; it must hold printable ones",
     );
     let first = line_of(SQUID, "[[thruster]]");
-    refused(
+    assert_rejected(
         "\"upper_port\"",
         "\"lower\"",
         &format!("the actuator name \"lower\" is already taken at line {first}; names must differ"),
     );
-    refused(
+    assert_rejected(
         "\"upper_port\"",
         "\"upper port\"",
         "'thruster.name' is \"upper port\"; it must be letters, digits and '_', beginning with a letter",
@@ -306,9 +310,9 @@ fn message_of_remus(from: &str, to: &str) -> (String, usize) {
     (Vehicle::parse(&text, "vehicle.toml").unwrap_err().to_string(), line)
 }
 
-/// The poles that the thesis prints are data of the vehicle file, each mistake in them reported with its line.
+/// The poles printed in the thesis are data of the vehicle file; each mistake in them is reported with its line.
 #[test]
-fn a_published_linear_model_is_read_and_checked() {
+fn reads_and_checks_a_published_linear_model() {
     let remus = remus100().published_linear_model.unwrap();
     let poles: Vec<(f64, f64)> = remus.poles.iter().map(|p| (p.re, p.im)).collect();
     assert_eq!((remus.speed, poles), (1.54, vec![(0.174, 0.509), (0.174, -0.509), (-2.44, 0.0)]));
@@ -340,9 +344,9 @@ fn a_published_linear_model_is_read_and_checked() {
     }
 }
 
-/// Waves act on the hull as a whole, of which the file may say the size.
+/// Waves load the hull, whose size the file may contain.
 #[test]
-fn the_size_of_a_hull_is_read_and_checked() {
+fn reads_and_checks_the_size_of_a_hull() {
     let geometry = remus100().geometry.unwrap();
     assert_eq!((geometry.length, geometry.diameter), (1.33, 0.191));
     let diameter = "diameter = { value = 0.191, unit = \"m\", source = \"Prestero (2001)\" }";
@@ -360,7 +364,7 @@ fn the_size_of_a_hull_is_read_and_checked() {
 }
 
 #[test]
-fn a_mass_matrix_must_be_positive_definite() {
+fn rejects_indefinite_mass_matrix() {
     let (message, _) = message(SQUID, "Z_q_dot = { value = -0.96", "Z_q_dot = { value = -960.0");
     let line = line_of(SQUID, "[added_mass]");
     assert!(message.starts_with(&format!("vehicle.toml:{line}: the mass matrix")), "{message}");
@@ -371,13 +375,13 @@ fn a_mass_matrix_must_be_positive_definite() {
 }
 
 #[test]
-fn texts_that_are_no_toml() {
-    refused("[lift]\n", "[lift\n", "this is not TOML: unclosed table, expected `]`");
+fn rejects_text_that_is_not_toml() {
+    assert_rejected("[lift]\n", "[lift\n", "this is not TOML: unclosed table, expected `]`");
 }
 
-/// One line each, in the order of the file; a misspelt key is not missing as well.
+/// All mistakes are reported, one line each, in the order of the file; a misspelt key is not also missing.
 #[test]
-fn all_mistakes_are_told_at_once() {
+fn reports_all_mistakes_at_once() {
     let edits = [
         ("status = \"surrogate\"", "state = \"surrogate\""),
         ("z_G = { value = 0.03, unit = \"m\"", "z_G = { value = 30, unit = \"mm\""),
@@ -398,9 +402,9 @@ fn all_mistakes_are_told_at_once() {
     }
 }
 
-/// The mistakes in units that are made: the weight printed in kg or pounds, the mass in pounds.
+/// Common mistakes in units: the weight in kg or pounds, the mass in pounds.
 #[test]
-fn a_weight_that_is_not_that_of_the_mass() {
+fn rejects_weight_inconsistent_with_mass() {
     for (from, to) in [
         ("weight = { value = 654.82400067414", "weight = { value = 66.75"),
         ("weight = { value = 654.82400067414", "weight = { value = 147.16"),
@@ -415,20 +419,20 @@ fn a_weight_that_is_not_that_of_the_mass() {
     }
     let (found, _) = message(SQUID, "weight = { value = 654.82400067414", "weight = { value = 66.75");
     assert!(found.contains("is 66.75 N and 'mass.mass' times 9.81 m/s2 is 654.824 N"), "{found}");
-    // A mass of two digits.
+    // A mass of two digits is accepted.
     let rounded = SQUID.replacen("mass = { value = 66.75066265791438", "mass = { value = 70", 1);
     assert!(Vehicle::parse(&rounded, "vehicle.toml").is_ok());
 }
 
 #[test]
-fn keys_that_stand_twice_are_named() {
-    let twice = SQUID.replacen(
+fn rejects_duplicate_keys() {
+    let duplicated = SQUID.replacen(
         "\nM_q = {",
         "\nZ_w = { value = -1.0, unit = \"kg/s\", source = \"again\" }\nM_q = {",
         1,
     );
     let line = line_of(SQUID, "Z_w = {") + 1;
-    let message = Vehicle::parse(&twice, "vehicle.toml").unwrap_err().to_string();
+    let message = Vehicle::parse(&duplicated, "vehicle.toml").unwrap_err().to_string();
     assert!(
         message.starts_with(&format!("vehicle.toml:{line}: 'Z_w' stands here a second time; ")),
         "{message}"
@@ -437,18 +441,21 @@ fn keys_that_stand_twice_are_named() {
 }
 
 #[test]
-fn numbers_too_large_are_not_printed_in_full() {
-    refused(
+fn shortens_large_numbers_in_messages() {
+    assert_rejected(
         "I_yy = { value = 16.687665664478594",
         "I_yy = { value = 1e300",
         "'mass.I_yy' is 1e300 kg.m2; it must be at most 1e18 in size, for the products of larger numbers overflow",
     );
-    let trimmed = squid_auv::trim(&squid(), squid_auv::Speed::Path(1e300), 50.0).unwrap_err().to_string();
-    assert!(trimmed.starts_with("no level trim at 1e300 m/s and 50 m") && trimmed.len() < 300, "{trimmed}");
+    let trim_error = squid_auv::trim(&squid(), squid_auv::Speed::Path(1e300), 50.0).unwrap_err().to_string();
+    assert!(
+        trim_error.starts_with("no level trim at 1e300 m/s and 50 m") && trim_error.len() < 300,
+        "{trim_error}"
+    );
 }
 
 #[test]
-fn the_table_of_coefficients_is_sound() {
+fn table_of_coefficients_is_consistent() {
     for (i, spec) in COEFFICIENTS.iter().enumerate() {
         assert!(COEFFICIENTS[..i].iter().all(|other| other.key != spec.key), "{} twice", spec.key);
         assert!(!spec.meaning.is_empty() && !spec.unit.is_empty());
@@ -471,25 +478,25 @@ fn the_table_of_coefficients_is_sound() {
     assert!(!Allowed::Any.contains(f64::INFINITY));
 }
 
-/// The limits of Squid's first thruster, which a table of points may replace.
+/// Limits of Squid's first thruster, which a table of points may replace.
 const LIMITS: &str = "min = { value = -60.0, unit = \"N\"";
 
-/// Puts lines before the limits of the first thruster.
+/// Returns the file with lines before the limits of the first thruster.
 fn with(lines: &str) -> String {
     SQUID.replacen(LIMITS, &format!("{lines}\n{LIMITS}"), 1)
 }
 
-/// A curve of points, with a dead band.
+/// Returns the file with a curve of points.
 fn curve(points: &str) -> String {
     with(&format!("curve = {{ unit = \"us\", source = \"s\", value = {points} }}"))
 }
 
-const BANDED: &str = "[[1100.0, -60.0], [1470.0, 0.0], [1530.0, 0.0], [1900.0, 120.0]]";
+const DEAD_BAND_CURVE: &str = "[[1100.0, -60.0], [1470.0, 0.0], [1530.0, 0.0], [1900.0, 120.0]]";
 
 #[test]
-fn a_thruster_may_have_a_curve() {
+fn reads_the_curve_of_a_thruster() {
     let read = |text: &str| Vehicle::parse(text, "vehicle.toml").unwrap();
-    let vehicle = read(&curve(BANDED));
+    let vehicle = read(&curve(DEAD_BAND_CURVE));
     let lower = &vehicle.actuators[0];
     assert_eq!((lower.unit(), lower.taken_unit(), lower.asked(1500.0)), ("N", "us", (0.0, 0.0)));
     assert_eq!((lower.min, lower.max, lower.taken(0.0).0), (-60.0, 100.0, 1500.0));
@@ -498,7 +505,7 @@ fn a_thruster_may_have_a_curve() {
     assert_eq!(vehicle.actuators[1].curve, None);
 
     let limits = SQUID.lines().filter(|line| line.starts_with("min =") || line.starts_with("max =")).take(2);
-    let without = limits.fold(curve(BANDED), |text, line| text.replacen(line, "", 1));
+    let without = limits.fold(curve(DEAD_BAND_CURVE), |text, line| text.replacen(line, "", 1));
     let lower = &read(&without).actuators[0];
     assert_eq!((lower.min, lower.max), (-60.0, 120.0), "the limits are the ends of the curve");
 
@@ -510,7 +517,7 @@ fn a_thruster_may_have_a_curve() {
 }
 
 #[test]
-fn a_curve_that_is_none_is_refused() {
+fn rejects_invalid_curves() {
     let points = "it must be two pairs [command, thrust] or more: commands rise, thrusts never fall, and one is zero \
         or the first is below zero and the last above";
     let key = "'thruster.curve.value' is";
@@ -530,17 +537,17 @@ fn a_curve_that_is_none_is_refused() {
             "'thruster.max' is 100 N; it must be at most 99 N, where the curve ends".to_owned(),
         ),
     ];
-    for (value, words) in expected {
+    for (value, expected_message) in expected {
         let message = Vehicle::parse(&curve(value), "vehicle.toml").unwrap_err().to_string();
         let (_, found) = message.split_once(": ").unwrap();
-        assert_eq!(found, words, "{value}");
+        assert_eq!(found, expected_message, "{value}");
     }
     let message = |text: &str| {
         Vehicle::parse(text, "v").unwrap_err().to_string().split_once(": ").unwrap().1.to_owned()
     };
     let units = "\"1\" or \"%\" or \"us\" or \"rpm\" or \"rad/s\"";
     assert_eq!(
-        message(&curve(BANDED).replacen("\"us\"", "\"ms\"", 1)),
+        message(&curve(DEAD_BAND_CURVE).replacen("\"us\"", "\"ms\"", 1)),
         format!("'thruster.curve.unit' is \"ms\"; it must be {units}")
     );
     let square = "T_nn = { value = 1e-4, unit = \"N/rpm2\", source = \"s\" }";
@@ -553,7 +560,7 @@ fn a_curve_that_is_none_is_refused() {
         "'thruster.T_nn' is -0.0001 N/rpm2; it must be a number above zero"
     );
     assert_eq!(
-        message(&curve(BANDED).replacen("curve =", &format!("{square}\ncurve ="), 1)),
+        message(&curve(DEAD_BAND_CURVE).replacen("curve =", &format!("{square}\ncurve ="), 1)),
         "'thruster.T_nn' is given; it must be left out, since 'curve' is there: a thruster has one of the two"
     );
     let fin = REMUS.replacen(
@@ -564,31 +571,31 @@ fn a_curve_that_is_none_is_refused() {
     assert!(message(&fin).starts_with("unknown key 'control_surface.T_nn'"), "{}", message(&fin));
 }
 
-/// A moment of inertia that no body with this centre of gravity has, and planes that would stand backwards, are refused
-/// with what was found and what is allowed; planes that stall are doubted.
+/// A physically impossible moment of inertia, and deflections beyond 90 deg, are rejected with the value found and the
+/// allowed values; deflections beyond stall get a remark.
 #[test]
-fn what_no_vehicle_has_is_refused() {
+fn rejects_impossible_inertia_and_deflection() {
     let (found, _) = message(SQUID, "I_yy = { value = 16.687665664478594", "I_yy = { value = 1e-6");
     assert!(found.contains("'mass.I_yy' is 1e-6 kg.m2"), "{found}");
     assert!(found.contains("above mass (x_G^2 + z_G^2) = 0.0600"), "{found}");
     let small = SQUID.replacen("I_yy = { value = 16.68", "I_yy = { value = 1.68", 1);
-    let doubts = Vehicle::parse(&small, "vehicle.toml").unwrap().doubts();
-    assert!(doubts.iter().any(|words| words.contains("below 1.66")), "{doubts:?}");
+    let remarks = Vehicle::parse(&small, "vehicle.toml").unwrap().doubts();
+    assert!(remarks.iter().any(|remark| remark.contains("below 1.66")), "{remarks:?}");
     let limit = "max = { value = 13.6, unit = \"deg\"";
     assert!(REMUS.contains(limit));
     let with = |value: &str, unit: &str| {
         REMUS.replacen(limit, &format!("max = {{ value = {value}, unit = \"{unit}\""), 1)
     };
-    let refused = Vehicle::parse(&with("13.6", "rad"), "vehicle.toml").unwrap_err().to_string();
-    assert!(refused.contains("'control_surface.max' is 13.6 rad, or 779"), "{refused}");
-    assert!(refused.contains("it must be from -90 to 90 deg"), "{refused}");
-    let doubts = Vehicle::parse(&with("60", "deg"), "vehicle.toml").unwrap().doubts();
-    assert!(doubts.len() == 1 && doubts[0].contains("is deflected by up to 60 deg"), "{doubts:?}");
+    let message = Vehicle::parse(&with("13.6", "rad"), "vehicle.toml").unwrap_err().to_string();
+    assert!(message.contains("'control_surface.max' is 13.6 rad, or 779"), "{message}");
+    assert!(message.contains("it must be from -90 to 90 deg"), "{message}");
+    let remarks = Vehicle::parse(&with("60", "deg"), "vehicle.toml").unwrap().doubts();
+    assert!(remarks.len() == 1 && remarks[0].contains("is deflected by up to 60 deg"), "{remarks:?}");
 }
 
-/// Changes that are allowed but hardly meant get a remark each; the vehicles that are shipped get none.
+/// Changes that are allowed but improbable get a remark each; the vehicles of this repository get none.
 #[test]
-fn doubts() {
+fn remarks_on_improbable_changes() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let shipped = ["squid", "remus100", "lauv", "tethys", "sparus2", "bluerov2_heavy"];
     let files = shipped.map(|name| format!("vehicles/{name}/vehicle.toml"));
@@ -615,7 +622,7 @@ fn doubts() {
             "length' is 2210 m long",
         ),
     ] {
-        remarked(SQUID, &[(from, to)], expected);
+        assert_one_remark(SQUID, &[(from, to)], expected);
     }
     for (changes, expected) in [
         (
@@ -649,31 +656,31 @@ fn doubts() {
             "'Z_q' and 'M_w' drive the hull",
         ),
     ] {
-        remarked(REMUS, changes, expected);
+        assert_one_remark(REMUS, changes, expected);
     }
-    let twice = [("convention = \"viscous\"", "convention = \"combined\"")];
-    remarked(SQUID, &twice, "resist with 'lift.convention' \"viscous\"");
+    let duplicated = [("convention = \"viscous\"", "convention = \"combined\"")];
+    assert_one_remark(SQUID, &duplicated, "resist with 'lift.convention' \"viscous\"");
 }
 
-/// A file with these changes gets one remark, which says so.
-fn remarked(text: &str, changes: &[(&str, &str)], expected: &str) {
+/// Checks that a file with these changes gets one remark, with the expected text.
+fn assert_one_remark(text: &str, changes: &[(&str, &str)], expected: &str) {
     let changed = changes.iter().fold(text.to_owned(), |text, (from, to)| {
         assert!(text.contains(from), "{from}");
         text.replacen(from, to, 1)
     });
-    let doubts = Vehicle::parse(&changed, "vehicle.toml").unwrap().doubts();
-    assert!(doubts.len() == 1 && doubts[0].contains(expected), "{expected}: {doubts:?}");
+    let remarks = Vehicle::parse(&changed, "vehicle.toml").unwrap().doubts();
+    assert!(remarks.len() == 1 && remarks[0].contains(expected), "{expected}: {remarks:?}");
 }
 
-/// Mistakes of who writes a first file are told as what they are.
+/// Common mistakes in a first file have specific messages.
 #[test]
-fn usual_slips_are_named() {
+fn names_common_mistakes() {
     let of = |text: &str| Vehicle::parse(text, "vehicle.toml").unwrap_err().mistakes;
-    let slip = |from: &str, to: &str| of(&SQUID.replacen(from, to, 1));
-    let comma = slip("z_G = { value = 0.03,", "z_G = { value = 0,03,");
+    let mistakes_after = |from: &str, to: &str| of(&SQUID.replacen(from, to, 1));
+    let comma = mistakes_after("z_G = { value = 0.03,", "z_G = { value = 0,03,");
     assert!(matches!(&comma[0].problem, FileProblem::DecimalComma { found } if found == "0,03"), "{comma:?}");
     let partner = "N_v_dot = { value = 1.0, unit = \"kg.m\", source = \"s\" }";
-    let partner = slip("[added_mass]", &format!("[added_mass]\n{partner}"));
+    let partner = mistakes_after("[added_mass]", &format!("[added_mass]\n{partner}"));
     assert!(
         matches!(&partner[0].problem, FileProblem::UnknownKey { suggestion: Some(own), .. } if own == "Y_r_dot"),
         "{partner:?}"
@@ -687,17 +694,17 @@ fn usual_slips_are_named() {
     );
 }
 
-/// A name with a dot is a table of TOML; in quotes it is not.
+/// A dotted name is a table in TOML, unless it is in quotes.
 #[test]
-fn names_with_a_dot_are_told_from_tables() {
+fn distinguishes_dotted_names_from_tables() {
     let text = "a.b = 1\n\"c.d\" = 2\n[e]\nf = 3\n";
     let document = squid_auv::toml_file::Document::parse(text, "f.toml").unwrap();
     assert_eq!(["a", "c.d", "e", "g"].map(|key| document.root().is_dotted(key)), [true, false, false, false]);
 }
 
-/// Lists far beyond any vehicle are refused at once, with their limit.
+/// Lists far longer than for any vehicle are rejected at once, with their limit.
 #[test]
-fn endless_lists_are_refused() {
+fn rejects_overlong_lists() {
     let points: Vec<String> = (0..100_000).map(|i| format!("[{i}.0, {i}.0]")).collect();
     let points = format!("[{}]", points.join(", "));
     let thruster = SQUID.split("\n[[thruster]]\n").nth(1).unwrap();

@@ -1,4 +1,4 @@
-//! A vehicle as JSON: the same vehicle comes back, and what is wrong is reported with its key.
+//! A vehicle as JSON: round trips are exact, and mistakes are reported with their key.
 
 use crate::common::{remus100, squid};
 use proptest::prelude::*;
@@ -6,9 +6,9 @@ use serde_json::{Value, json};
 use squid_auv::{COEFFICIENTS, Curve, Vehicle};
 
 #[test]
-fn a_vehicle_comes_back_to_the_bit() {
+fn vehicle_round_trips_to_the_bit() {
     for mut vehicle in [squid(), remus100()] {
-        // For the report alone: what flies needs none.
+        // The JSON omits the published model: it is for the report only.
         vehicle.published_linear_model = None;
         let text = vehicle.to_json().unwrap();
         assert_eq!(Vehicle::from_json(&text, "v").unwrap(), vehicle);
@@ -16,9 +16,9 @@ fn a_vehicle_comes_back_to_the_bit() {
     }
 }
 
-/// Files of earlier versions lack the coefficients that came later.
+/// Files of earlier versions lack the coefficients that were added later.
 #[test]
-fn what_is_left_out_has_its_default() {
+fn absent_coefficients_have_their_defaults() {
     let vehicle = squid();
     let mut json: Value = serde_json::from_str(&vehicle.to_json().unwrap()).unwrap();
     for key in ["X_u", "Z_q", "M_w", "x_G", "form_factor"] {
@@ -30,9 +30,9 @@ fn what_is_left_out_has_its_default() {
 }
 
 proptest! {
-    /// A number goes through JSON untouched, whatever its digits.
+    /// Numbers are unchanged by JSON, for any digits.
     #[test]
-    fn every_number_comes_back(scale in 1e-6..1e6f64, row in 0..COEFFICIENTS.len()) {
+    fn every_number_round_trips(scale in 1e-6..1e6f64, row in 0..COEFFICIENTS.len()) {
         let mut vehicle = squid();
         let spec = &COEFFICIENTS[row];
         let value = (spec.get)(&vehicle.coefficients) * scale;
@@ -43,21 +43,21 @@ proptest! {
     }
 }
 
-/// Changes one value of the JSON of a vehicle and returns what is said of it.
-fn complaint(vehicle: &Vehicle, at: &str, value: Value) -> String {
+/// Changes one value of the JSON of a vehicle and returns the error message.
+fn error_message(vehicle: &Vehicle, at: &str, value: Value) -> String {
     let mut json: Value = serde_json::from_str(&vehicle.to_json().unwrap()).unwrap();
     *json.pointer_mut(at).unwrap_or_else(|| panic!("{at}")) = value;
     Vehicle::from_json(&json.to_string(), "v.json").unwrap_err().to_string()
 }
 
 #[test]
-fn a_hull_that_is_not_slender_is_refused() {
-    let found = complaint(&remus100(), "/geometry", json!([1.0, 0.6]));
+fn rejects_a_hull_that_is_not_slender() {
+    let found = error_message(&remus100(), "/geometry", json!([1.0, 0.6]));
     assert!(found.contains("`geometry` is [1, 0.6], and must be above zero, and at most half"), "{found}");
 }
 
 #[test]
-fn what_is_wrong_is_told_with_its_key() {
+fn reports_mistakes_with_their_key() {
     let squid = squid();
     for (at, value, expected) in [
         ("/format", json!("auv-vehicle/9"), "`format` is auv-vehicle/9, and must be auv-vehicle/1"),
@@ -84,13 +84,13 @@ fn what_is_wrong_is_told_with_its_key() {
             "`lower.lag` is -0.5, and must be zero or a positive number",
         ),
     ] {
-        let message = complaint(&squid, at, value);
+        let message = error_message(&squid, at, value);
         assert!(message.starts_with(&format!("v.json: {expected}")), "{at}: {message}");
     }
 }
 
 #[test]
-fn a_curve_comes_back_and_must_be_one() {
+fn curve_round_trips_and_is_checked() {
     let mut vehicle = squid();
     vehicle.actuators[0].curve =
         Some(Curve::through(vec![[-1.0, -60.0], [0.5, 0.0], [1.0, 100.0]], "%").unwrap());
@@ -119,18 +119,18 @@ fn a_curve_comes_back_and_must_be_one() {
             "`lower.curve` is for other outputs than -60 to 101, and must be that of a thruster, and reach its limits",
         ),
     ] {
-        let message = complaint(&vehicle, at, value);
+        let message = error_message(&vehicle, at, value);
         assert!(message.starts_with(&format!("v.json: {expected}")), "{at}: {message}");
     }
 }
 
 #[test]
-fn no_number_is_given_twice() {
+fn rejects_duplicate_numbers() {
     let text = squid().to_json().unwrap();
     for (key, value) in [("mass", "90.0"), ("lag", "5.0"), ("lower.max", "\"guessed\"")] {
         let at = text.find(&format!("\"{key}\": ")).unwrap();
-        let twice = format!("{}\"{key}\": {value}, {}", &text[..at], &text[at..]);
-        let message = Vehicle::from_json(&twice, "v.json").unwrap_err().to_string();
+        let duplicated = format!("{}\"{key}\": {value}, {}", &text[..at], &text[at..]);
+        let message = Vehicle::from_json(&duplicated, "v.json").unwrap_err().to_string();
         assert!(
             message.starts_with("v.json: not a vehicle: invalid entry: found duplicate key"),
             "{message}"
@@ -139,10 +139,10 @@ fn no_number_is_given_twice() {
 }
 
 #[test]
-fn a_mass_matrix_that_is_none_and_a_fin_that_drives_are_refused() {
-    let message = complaint(&squid(), "/coefficients/z_G", json!(3.0));
+fn rejects_indefinite_mass_matrix_and_fin_with_thrust() {
+    let message = error_message(&squid(), "/coefficients/z_G", json!(3.0));
     assert!(message.starts_with("v.json: the mass matrix"), "{message}");
-    let message = complaint(&remus100(), "/actuators/1/numbers/X_uu_delta2", json!(2.0));
+    let message = error_message(&remus100(), "/actuators/1/numbers/X_uu_delta2", json!(2.0));
     assert!(message.contains(".X_uu_delta2` is 2, and must be zero or a negative number"), "{message}");
     let message = Vehicle::from_json("{", "v.json").unwrap_err().to_string();
     assert!(message.starts_with("v.json: not a vehicle: EOF"), "{message}");

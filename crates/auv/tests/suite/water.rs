@@ -1,6 +1,6 @@
-//! Water that moves from place to place and from time to time.
+//! Water whose motion varies in space and time.
 
-use crate::common::{remus100, squid, whole};
+use crate::common::{remus100, six_dof, squid};
 use squid_auv::{
     Current, Load, Motion, Plant, Pose, Slopes, Speed, State, Vehicle, Water, WaterMotion, trim,
 };
@@ -10,8 +10,9 @@ use std::sync::Arc;
 #[derive(Debug, Default)]
 struct Linear {
     motion: WaterMotion,
-    /// Whether the load is that of the water's acceleration on the vehicle's mass and added mass, by its mass matrix.
-    carried: Option<Vehicle>,
+    /// Vehicle whose mass matrix, added mass included, times the acceleration of the water is the load; `None` for no
+    /// load.
+    loaded_vehicle: Option<Vehicle>,
 }
 
 impl Water for Linear {
@@ -24,7 +25,7 @@ impl Water for Linear {
         };
         let velocity = parts.into_iter().fold([0.0; 3], sum).into();
         let mut motion = WaterMotion { velocity, ..self.motion };
-        if let Some(vehicle) = &self.carried {
+        if let Some(vehicle) = &self.loaded_vehicle {
             let (sin, cos) = pose.pitch.sin_cos();
             let Current { horizontal, vertical, .. } = by_time;
             let along = nalgebra::Vector3::new(
@@ -32,24 +33,25 @@ impl Water for Linear {
                 horizontal * sin + vertical * cos,
                 0.0,
             );
-            motion.load = of_plane(vehicle.coefficients.mass_matrix() * along);
+            motion.load = longitudinal_load(vehicle.coefficients.mass_matrix() * along);
         }
         motion
     }
 
     fn load_slopes(&self, _: f64, pose: &Pose) -> [Load; 7] {
         let mut slopes = [[0.0; 6]; 7];
-        if let Some(vehicle) = &self.carried {
+        if let Some(vehicle) = &self.loaded_vehicle {
             let (sin, cos) = pose.pitch.sin_cos();
             let Current { horizontal, vertical, .. } = self.motion.by_time;
-            let turned = [-horizontal * sin - vertical * cos, horizontal * cos - vertical * sin, 0.0];
-            slopes[5] = of_plane(vehicle.coefficients.mass_matrix() * nalgebra::Vector3::from(turned));
+            let rotated = [-horizontal * sin - vertical * cos, horizontal * cos - vertical * sin, 0.0];
+            slopes[5] =
+                longitudinal_load(vehicle.coefficients.mass_matrix() * nalgebra::Vector3::from(rotated));
         }
         slopes
     }
 }
 
-fn of_plane(load: nalgebra::Vector3<f64>) -> Load {
+fn longitudinal_load(load: nalgebra::Vector3<f64>) -> Load {
     [load[0], 0.0, load[1], 0.0, load[2], 0.0]
 }
 
@@ -67,7 +69,7 @@ fn started(vehicle: &Vehicle, water: Option<Linear>) -> Plant {
     plant
 }
 
-/// The velocities through the water, and the rest.
+/// Returns the velocities through the water, and the rest of the state.
 fn numbers(state: State) -> [f64; 12] {
     let State { motion: Motion { u, v, w, p, q, r, phi, theta }, x, depth, heading, east, .. } = state;
     [u, w, v, q, theta, x, depth, p, r, phi, heading, east]
@@ -85,37 +87,37 @@ fn east(mut current: Current, east: f64) -> Current {
 }
 
 #[test]
-fn water_that_gains_speed_is_a_current_on_a_ramp() {
-    for (vehicle, side) in [(squid(), 0.0), (remus100(), 0.0), (whole("remus100"), 0.4)] {
-        let by_time = east(current(0.3, -0.2), side);
+fn accelerating_water_equals_a_current_ramp() {
+    for (vehicle, east_rate) in [(squid(), 0.0), (remus100(), 0.0), (six_dof("remus100"), 0.4)] {
+        let by_time = east(current(0.3, -0.2), east_rate);
         let motion = WaterMotion { by_time, ..WaterMotion::default() };
-        let mut moved = started(&vehicle, Some(Linear { motion, carried: None }));
+        let mut moving_water = started(&vehicle, Some(Linear { motion, loaded_vehicle: None }));
         let mut ramp = started(&vehicle, None);
         let mut slopes = Slopes::held(vehicle.actuators.len());
         slopes.current = by_time;
         ramp.set_slopes(&slopes).unwrap();
-        for plant in [&mut moved, &mut ramp] {
+        for plant in [&mut moving_water, &mut ramp] {
             plant.advance(2.0).unwrap();
         }
-        close(moved.state(), ramp.state(), 1e-9);
-        assert_eq!(moved.flow(), ramp.current());
-        assert_eq!(moved.earth_velocity(), ramp.earth_velocity());
-        assert_eq!(moved.state().heading != 0.0, side != 0.0);
+        close(moving_water.state(), ramp.state(), 1e-9);
+        assert_eq!(moving_water.flow(), ramp.current());
+        assert_eq!(moving_water.earth_velocity(), ramp.earth_velocity());
+        assert_eq!(moving_water.state().heading != 0.0, east_rate != 0.0);
     }
 }
 
-/// What changes with the place changes for who moves: as many small steps of a current that is uniform.
+/// Spatial variation acts on a moving vehicle like a staircase of uniform currents in many small steps.
 #[test]
-fn water_that_changes_with_the_place_is_met() {
-    for (vehicle, side) in [(squid(), 0.0), (whole("remus100"), 0.05)] {
+fn spatial_variation_acts_on_a_moving_vehicle() {
+    for (vehicle, east_rate) in [(squid(), 0.0), (six_dof("remus100"), 0.05)] {
         let by_place = [
-            east(current(0.02, 0.01), side),
-            east(current(0.03, -0.02), -side),
-            east(current(-0.05, 0.03), side),
+            east(current(0.02, 0.01), east_rate),
+            east(current(0.03, -0.02), -east_rate),
+            east(current(-0.05, 0.03), east_rate),
         ];
         let motion = WaterMotion { by_place, ..WaterMotion::default() };
-        let mut moved = started(&vehicle, Some(Linear { motion, carried: None }));
-        moved.advance(2.0).unwrap();
+        let mut moving_water = started(&vehicle, Some(Linear { motion, loaded_vehicle: None }));
+        moving_water.advance(2.0).unwrap();
 
         let mut stairs = started(&vehicle, None);
         let steps = 4000;
@@ -124,53 +126,56 @@ fn water_that_changes_with_the_place_is_met() {
             let h = 2.0 / f64::from(steps);
             let [across, aside, down] = stairs.earth_velocity().map(|rate| 0.5 * h * rate);
             let pose = Pose { north: x + across, east: east + aside, depth: depth + down, ..Pose::default() };
-            stairs.set_current(Linear { motion, carried: None }.at(0.0, &pose).velocity).unwrap();
+            stairs.set_current(Linear { motion, loaded_vehicle: None }.at(0.0, &pose).velocity).unwrap();
             stairs.advance(f64::from(step) * h).unwrap();
         }
-        let [one, other] = [&moved, &stairs].map(Plant::velocity_over_ground);
+        let [one, other] = [&moving_water, &stairs].map(Plant::velocity_over_ground);
         assert!(one.iter().zip(other).all(|(one, other)| (one - other).abs() < 1e-6));
-        assert_eq!(one[1] != 0.0, side != 0.0);
-        let [moved, stairs] = [moved, stairs].map(|plant| numbers(plant.state()));
-        (3..moved.len()).for_each(|i| assert!((moved[i] - stairs[i]).abs() < 1e-6, "{i}"));
+        assert_eq!(one[1] != 0.0, east_rate != 0.0);
+        let [moving_water, stairs] = [moving_water, stairs].map(|plant| numbers(plant.state()));
+        (3..moving_water.len()).for_each(|i| assert!((moving_water[i] - stairs[i]).abs() < 1e-6, "{i}"));
     }
 }
 
-/// Pushed like the water about it, a vehicle does not notice that the water gains speed.
+/// A vehicle loaded like the surrounding water does not move relative to accelerating water.
 #[test]
-fn a_vehicle_that_is_carried_stays_where_it_is_in_the_water() {
+fn vehicle_loaded_like_water_moves_with_it() {
     for vehicle in [squid(), remus100()] {
         let motion = WaterMotion { by_time: current(0.3, -0.2), ..WaterMotion::default() };
-        let water = Linear { motion, carried: Some(vehicle.clone()) };
-        let (mut carried, mut calm) = (started(&vehicle, Some(water)), started(&vehicle, None));
-        for plant in [&mut carried, &mut calm] {
+        let water = Linear { motion, loaded_vehicle: Some(vehicle.clone()) };
+        let (mut loaded_vehicle, mut calm) = (started(&vehicle, Some(water)), started(&vehicle, None));
+        for plant in [&mut loaded_vehicle, &mut calm] {
             plant.advance(2.0).unwrap();
         }
         // The buoyancy of Squid changes with depth, by 1e-3 N/m.
-        let there = State { motion: calm.state().motion, ..carried.state() };
-        close(carried.state(), there, 1e-5);
-        assert!((carried.state().x - calm.state().x - 0.6).abs() < 1e-3, "the water has taken it along");
+        let there = State { motion: calm.state().motion, ..loaded_vehicle.state() };
+        close(loaded_vehicle.state(), there, 1e-5);
+        assert!(
+            (loaded_vehicle.state().x - calm.state().x - 0.6).abs() < 1e-3,
+            "the water has taken it along"
+        );
     }
 }
 
 #[test]
-fn water_does_not_move_a_vehicle_that_enters_it() {
+fn entering_moving_water_keeps_the_velocity_over_ground() {
     let vehicle = remus100();
     let by_place = [current(0.1, 0.2), Current::default(), Current::default()];
     let motion = WaterMotion { by_place, ..WaterMotion::default() };
     let mut plant = started(&vehicle, None);
     plant.advance(3.0).unwrap();
     let before = plant.earth_velocity();
-    let entered = plant.with_water(Arc::new(Linear { motion, carried: None }));
+    let entered = plant.with_water(Arc::new(Linear { motion, loaded_vehicle: None }));
     let after = entered.earth_velocity();
     assert!(before.iter().zip(after).all(|(before, after)| (before - after).abs() < 1e-14));
     assert!(entered.flow().horizontal > 0.3);
-    let mut again = entered.clone();
-    again.set_motion_over_ground(&entered.instant());
-    close(again.state(), entered.state(), 1e-14);
+    let mut restored = entered.clone();
+    restored.set_motion_over_ground(&entered.instant());
+    close(restored.state(), entered.state(), 1e-14);
 }
 
 #[test]
-fn still_water_is_no_water() {
+fn still_water_has_no_effect() {
     let vehicle = squid();
     let (mut still, mut none) = (started(&vehicle, Some(Linear::default())), started(&vehicle, None));
     for plant in [&mut still, &mut none] {

@@ -1,4 +1,4 @@
-//! Layers, and the process that wanders.
+//! Layers, and the Gauss-Markov process.
 
 use proptest::prelude::*;
 use squid_sea::{GaussMarkov, Layers, SeaError, Wandering};
@@ -9,8 +9,8 @@ fn close(found: f64, expected: f64, tolerance: f64) {
 
 const FREE: Wandering = Wandering { mu: 0.02, noise: 0.03, min: -9.0, max: 9.0 };
 
-fn course(numbers: Wandering, seed: u64, step: f64, count: usize) -> Vec<f64> {
-    let mut process = GaussMarkov::new(numbers, seed).unwrap();
+fn history(parameters: Wandering, seed: u64, step: f64, count: usize) -> Vec<f64> {
+    let mut process = GaussMarkov::new(parameters, seed).unwrap();
     let mut next = || {
         process.advance(step);
         process.value()
@@ -19,7 +19,7 @@ fn course(numbers: Wandering, seed: u64, step: f64, count: usize) -> Vec<f64> {
 }
 
 #[test]
-fn a_current_is_linear_between_its_layers() {
+fn current_is_linear_between_layers() {
     let layers = Layers::new(&[[5.0, 1.0], [10.0, 0.5], [30.0, -0.5]]).unwrap();
     for (depth, velocity, slope) in [
         (0.0, 1.0, 0.0),
@@ -39,7 +39,7 @@ fn a_current_is_linear_between_its_layers() {
 }
 
 #[test]
-fn layers_that_cannot_be_are_refused() {
+fn rejects_invalid_layers() {
     let refused: [&[[f64; 2]]; 5] =
         [&[], &[[-1.0, 0.0]], &[[5.0, 0.0], [5.0, 1.0]], &[[f64::NAN, 0.0]], &[[0.0, f64::INFINITY]]];
     for layers in refused {
@@ -48,12 +48,12 @@ fn layers_that_cannot_be_are_refused() {
     }
 }
 
-/// The stationary deviation is noise/sqrt(2 mu), and values that are tau apart correlate by exp(-mu tau), whatever the
-/// step: over 4000 times 1/mu.
+/// The stationary deviation is noise/sqrt(2 mu), and values a time tau apart are correlated by exp(-mu tau), for any
+/// step: over 4000 correlation times.
 #[test]
-fn deviation_and_memory_are_those_of_the_process() {
+fn deviation_and_correlation_match_the_process() {
     for step in [0.5, 5.0] {
-        let values = course(FREE, 11, step, (2e5 / step) as usize);
+        let values = history(FREE, 11, step, (2e5 / step) as usize);
         let mean = |of: &dyn Fn(usize) -> f64, count: usize| (0..count).map(of).sum::<f64>() / count as f64;
         let variance = mean(&|i| values[i].powi(2), values.len());
         close(variance.sqrt(), 0.03 / 0.04f64.sqrt(), 0.004);
@@ -63,38 +63,38 @@ fn deviation_and_memory_are_those_of_the_process() {
     }
 }
 
-/// Without a way back it is a random walk: the variance after a time is noise^2 t.
+/// The process with mu = 0 is a random walk: its variance is noise^2 t.
 #[test]
-fn a_random_walk_spreads_with_time() {
-    let numbers = Wandering { mu: 0.0, ..FREE };
-    let ends = (0..2000).map(|seed| course(numbers, seed, 4.0, 25)[24].powi(2));
+fn random_walk_variance_grows_with_time() {
+    let parameters = Wandering { mu: 0.0, ..FREE };
+    let ends = (0..2000).map(|seed| history(parameters, seed, 4.0, 25)[24].powi(2));
     close(ends.sum::<f64>() / 2000.0, 0.03 * 0.03 * 100.0, 0.01);
 }
 
 proptest! {
     #[test]
     fn limits_hold(seed in 0u64..1000, min in -0.1..0.0, max in 0.0..0.1) {
-        let values = course(Wandering { min, max, ..FREE }, seed, 1.0, 500);
+        let values = history(Wandering { min, max, ..FREE }, seed, 1.0, 500);
         prop_assert!(values.iter().all(|value| (min..=max).contains(value)));
         prop_assert!(values.contains(&min) && values.contains(&max), "they are reached");
     }
 }
 
 #[test]
-fn the_seed_decides() {
-    assert_eq!(course(FREE, 3, 0.1, 50), course(FREE, 3, 0.1, 50));
-    assert_ne!(course(FREE, 3, 0.1, 50), course(FREE, 4, 0.1, 50));
+fn seed_reproduces_the_process() {
+    assert_eq!(history(FREE, 3, 0.1, 50), history(FREE, 3, 0.1, 50));
+    assert_ne!(history(FREE, 3, 0.1, 50), history(FREE, 4, 0.1, 50));
 }
 
 #[test]
-fn numbers_out_of_range_are_refused() {
-    for (numbers, key) in [
+fn rejects_parameters_out_of_range() {
+    for (parameters, key) in [
         (Wandering { mu: -0.1, ..FREE }, "mu"),
         (Wandering { noise: f64::NAN, ..FREE }, "noise"),
         (Wandering { min: 0.1, ..FREE }, "min"),
         (Wandering { max: -0.1, ..FREE }, "max"),
     ] {
-        let error = GaussMarkov::new(numbers, 1).unwrap_err();
+        let error = GaussMarkov::new(parameters, 1).unwrap_err();
         assert!(matches!(error, SeaError::NotAllowed { key: found, .. } if found == key), "{error}");
     }
 }

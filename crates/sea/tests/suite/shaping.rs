@@ -1,9 +1,9 @@
-//! Noise through a filter in place of a spectrum.
+//! Shaping filter in place of a spectrum.
 
 use squid_sea::{ShapingFilter, Spectrum, encounter_frequency};
 use std::f64::consts::PI;
 
-/// `|H(w)|^2` of a filter, from its states.
+/// Returns `|H(w)|^2` of a filter from its state equations.
 fn power(filter: &ShapingFilter, w: f64) -> f64 {
     let [[a, b, n], [c, d, _]] = filter.rates();
     // (jw - a) c - b s = n, s = c c/(jw - d).
@@ -12,9 +12,9 @@ fn power(filter: &ShapingFilter, w: f64) -> f64 {
     n * n / (re * re + im * im)
 }
 
-/// At rest the noise has the peak and the energy of the spectrum, and the peak is where that of the spectrum is.
+/// Filtered noise at rest has the peak frequency, peak density and energy of the spectrum.
 #[test]
-fn the_peak_and_the_energy_are_those_of_the_spectrum() {
+fn filter_has_the_peak_and_energy_of_the_spectrum() {
     for gamma in [1.0, 3.3] {
         let spectrum = Spectrum::jonswap(1.5, 7.0, gamma).unwrap();
         let filter = ShapingFilter::met(&spectrum, PI, 0.0).unwrap();
@@ -23,14 +23,15 @@ fn the_peak_and_the_energy_are_those_of_the_spectrum() {
         let step = 1e-3;
         let area: f64 = (0..2_000_000).map(|i| power(&filter, (f64::from(i) + 0.5) * step) * step).sum();
         let energy = area * spectrum.density(spectrum.peak());
-        // What lies beyond 2000 rad/s is 2 b/2000 of it.
+        // The energy beyond 2000 rad/s is a fraction 2 b/2000.
         assert!((energy / (1.5_f64.powi(2) / 16.0) - 1.0).abs() < 1e-3, "{energy}");
     }
 }
 
-/// It is met where the peak is, is affine in the speed, and is none in waves that carry the vehicle along.
+/// The filter peaks at the encounter frequency, is affine in the speed, and ends at the group velocity of following
+/// seas.
 #[test]
-fn it_is_met_where_the_vehicle_meets_the_peak() {
+fn filter_peaks_at_the_encounter_frequency() {
     let spectrum = Spectrum::jonswap(0.5, 5.0, 3.3).unwrap();
     for heading in [PI, 2.0, 0.5] {
         let at = |speed| ShapingFilter::met(&spectrum, heading, speed).unwrap();

@@ -3,7 +3,7 @@
 use squid_sea::{GRAVITY, SeaError, Spectrum};
 use std::f64::consts::TAU;
 
-/// The integral of a function of the frequency, by the midpoint rule.
+/// Returns the integral of a function of the frequency, by the midpoint rule.
 fn integral(of: impl Fn(f64) -> f64) -> f64 {
     let step = 2e-4;
     (0..500_000).map(|i| of((f64::from(i) + 0.5) * step) * step).sum()
@@ -13,18 +13,18 @@ fn close(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance, "{found} instead of {expected}");
 }
 
-/// By the formula of DNV-RP-C205 with Hs = 2.5 m, Tp = 7 s: the published height and peak, to their digits.
+/// Published height and peak of the formula of DNV-RP-C205 with Hs = 2.5 m, Tp = 7 s, to their digits.
 #[test]
-fn the_height_and_the_peak_are_the_published_ones() {
+fn height_and_peak_match_published_values() {
     let spectrum = Spectrum::jonswap(2.5, 7.0, 1.932).unwrap();
     close(4.0 * integral(|w| spectrum.density(w)).sqrt(), 2.497, 5e-4);
     close(spectrum.density(TAU / 7.0), 0.9768, 5e-5);
     close(spectrum.peak(), TAU / 7.0, 1e-15);
 }
 
-/// The rms of the vertical orbital velocity is that of `w exp(-k depth)` times the spectrum.
+/// The rms of the vertical orbital velocity follows from `w exp(-k depth)` and the spectrum.
 #[test]
-fn orbital_velocities_are_the_published_ones() {
+fn orbital_velocities_match_published_values() {
     let spectrum = Spectrum::jonswap(1.0, 6.0, 3.3).unwrap();
     for (depth, expected, digit) in
         [(0.0, 0.337, 1e-3), (2.0, 0.213, 1e-3), (5.0, 0.137, 1e-3), (10.0, 0.0746, 1e-4)]
@@ -34,10 +34,10 @@ fn orbital_velocities_are_the_published_ones() {
     }
 }
 
-/// Python's wavespectra 4.9.0, `construct.frequency.jonswap` with `alpha = 5/16 Hs^2 fp^4 (1 - 0.287 ln gamma) (2
-/// pi)^4/g^2` and its g, over 2 pi: to the digits printed.
+/// Reference values: Python's wavespectra 4.9.0, `construct.frequency.jonswap` with `alpha = 5/16 Hs^2 fp^4 (1 - 0.287
+/// ln gamma) (2 pi)^4/g^2` and its g, divided by 2 pi; to the digits printed.
 #[test]
-fn densities_are_those_of_wavespectra() {
+fn densities_match_wavespectra() {
     let frequencies = [0.5, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0, 3.0];
     let moderate = [
         7.568510225e-05,
@@ -84,16 +84,16 @@ fn densities_are_those_of_wavespectra() {
     }
 }
 
-/// Pierson and Moskowitz's has a closed form: `4 sqrt(m0) = Hs`.
+/// The Pierson-Moskowitz spectrum has a closed form: `4 sqrt(m0) = Hs`.
 #[test]
-fn a_fully_developed_sea_has_its_height() {
+fn pierson_moskowitz_spectrum_has_its_height() {
     let spectrum = Spectrum::jonswap(3.0, 9.0, 1.0).unwrap();
     close(4.0 * integral(|w| spectrum.density(w)).sqrt(), 3.0, 1e-6);
 }
 
-/// The least period that a refusal names is accepted, and a little less is not.
+/// The least period named in the error is accepted; a slightly shorter one is not.
 #[test]
-fn waves_that_would_break_are_refused() {
+fn rejects_breaking_waves() {
     for height in [0.1, 0.5, 2.5, 8.0, 12.0, 20.0] {
         let error = Spectrum::jonswap(height, 2.0 * f64::sqrt(height), 3.3).unwrap_err();
         let SeaError::TooSteep { least_period, steepness, limit, .. } = error else { panic!("{error}") };
@@ -104,12 +104,12 @@ fn waves_that_would_break_are_refused() {
     for height in [1e9, 1e66, 1e300, f64::MAX] {
         assert!(matches!(Spectrum::jonswap(height, 10.0, 3.3), Err(SeaError::TooSteep { .. })), "{height}");
     }
-    let words = Spectrum::jonswap(2.0, 3.0, 3.3).unwrap_err().to_string();
-    assert!(words.contains("at least 4.38 s"), "{words}");
+    let text = Spectrum::jonswap(2.0, 3.0, 3.3).unwrap_err().to_string();
+    assert!(text.contains("at least 4.38 s"), "{text}");
 }
 
 #[test]
-fn numbers_out_of_range_are_refused() {
+fn rejects_parameters_out_of_range() {
     for (height, period, gamma, key) in [
         (0.0, 6.0, 3.3, "height"),
         (f64::NAN, 6.0, 3.3, "height"),

@@ -1,4 +1,4 @@
-//! Loads on a spheroid: published figures, the pressure integrated over the hull, a panel method.
+//! Loads on a spheroid against published figures, the pressure integrated over the hull, and a panel method.
 
 use proptest::prelude::*;
 use squid_sea::{Axes, Component, GRAVITY, Place, SeaError, Spectrum, Spheroid, Waves};
@@ -11,16 +11,16 @@ fn sea(heading: f64, seed: u64) -> Waves {
     Waves::new(&Spectrum::jonswap(0.2, 2.0, 3.3).unwrap(), heading, 20, seed).unwrap()
 }
 
-/// The axes of a hull that has turned to a heading, then pitched, then rolled, one turn after the other.
+/// Returns the axes of a hull turned to a heading, then pitched, then rolled.
 fn axes([roll, pitch, heading]: [f64; 3]) -> Axes {
-    let turned = |angle: f64, one: [f64; 3], other: [f64; 3]| {
+    let rotated = |angle: f64, one: [f64; 3], other: [f64; 3]| {
         let (sin, cos) = angle.sin_cos();
         let mix = |a: f64, b: f64| std::array::from_fn(|i| a * one[i] + b * other[i]);
         (mix(cos, sin), mix(-sin, cos))
     };
-    let (ahead, starboard) = turned(heading, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-    let (down, ahead) = turned(pitch, [0.0, 0.0, 1.0], ahead);
-    let (starboard, down) = turned(roll, starboard, down);
+    let (ahead, starboard) = rotated(heading, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let (down, ahead) = rotated(pitch, [0.0, 0.0, 1.0], ahead);
+    let (starboard, down) = rotated(roll, starboard, down);
     [ahead, starboard, down]
 }
 
@@ -30,7 +30,7 @@ fn load(hull: &Spheroid, waves: &Waves, centre: Place, attitude: [f64; 3]) -> [f
 
 const PLACE: Place = Place { time: 7.0, north: 3.0, east: 0.0, depth: 1.5 };
 
-/// Lamb (1932), arts. 114 and 115: k1, k2 and k' of a prolate spheroid.
+/// Returns k1, k2 and k' of a prolate spheroid: Lamb (1932), arts. 114 and 115.
 fn lamb(a: f64, b: f64) -> [f64; 3] {
     let e2 = 1.0 - (b / a).powi(2);
     let e = e2.sqrt();
@@ -41,7 +41,7 @@ fn lamb(a: f64, b: f64) -> [f64; 3] {
     [alpha / (2.0 - alpha), beta / (2.0 - beta), turn]
 }
 
-/// A spheroid with the added mass of Lamb.
+/// Returns a spheroid with the added mass of Lamb.
 fn with_added_mass(a: f64, b: f64) -> Spheroid {
     let mass = Spheroid::new(a, b, DENSITY, NONE).unwrap().displacement();
     let [k1, k2, turn] = lamb(a, b);
@@ -51,8 +51,8 @@ fn with_added_mass(a: f64, b: f64) -> Spheroid {
     Spheroid::new(a, b, DENSITY, matrix).unwrap()
 }
 
-/// The amplitudes of force and moment per metre of wave at a frequency \[rad/s\], by the loads a quarter of a period
-/// apart.
+/// Returns the amplitudes of force and moment per metre of wave at a frequency \[rad/s\], from the loads a quarter of a
+/// period apart.
 fn amplitudes(hull: &Spheroid, heading: f64, depth: f64, frequency: f64) -> [f64; 3] {
     let one = Component { amplitude: 1.0, frequency, number: frequency * frequency / GRAVITY, phase: 0.0 };
     let waves = Waves::of(vec![one], heading);
@@ -68,7 +68,7 @@ fn close(found: f64, expected: f64, tolerance: f64) {
 
 /// Head sea of 1.2 rad/s: the published amplitudes per metre, to their digits. Surge and heave are equal there.
 #[test]
-fn froude_krylov_loads_are_the_published_ones() {
+fn froude_krylov_loads_match_published_values() {
     for (a, b, depth, force, moment, digits) in
         [(2.0, 1.0, 5.0, 5897.21, 520.35, 5e-3), (0.8077, 0.0959, 2.0, 34.1949, 0.645938, 5e-5)]
     {
@@ -80,9 +80,9 @@ fn froude_krylov_loads_are_the_published_ones() {
     }
 }
 
-/// A force on water of the same volume is what is left in long waves: it vanishes with the wave number.
+/// The force in long waves is that on water of the same volume; the deviation vanishes with the wave number.
 #[test]
-fn long_waves_accelerate_the_hull_like_water() {
+fn long_waves_load_the_hull_like_displaced_water() {
     let hull = Spheroid::new(0.8077, 0.0959, DENSITY, NONE).unwrap();
     for frequency in [0.3, 0.1, 0.03] {
         let number = frequency * frequency / GRAVITY;
@@ -94,10 +94,10 @@ fn long_waves_accelerate_the_hull_like_water() {
     }
 }
 
-/// Capytaine 3.0.0, exciting force and moment per metre of wave, deep water, 60 by 90 panels. Panels lie inside the
-/// hull: from 24 by 36 and 36 by 60 on the loads come nearer, to 1.3 % at last.
+/// Reference: Capytaine 3.0.0, exciting force and moment per metre of wave, deep water, 60 by 90 panels. The panels lie
+/// inside the hull: from 24 by 36 over 36 by 60 to 60 by 90 panels the loads converge to within 1.3 %.
 #[test]
-fn loads_with_diffraction_are_those_of_a_panel_method() {
+fn loads_with_diffraction_match_a_panel_method() {
     for (a, b, depth, heading, frequency, expected) in [
         (2.0, 1.0, 5.0, PI, 1.2, [7155.5, 10164.5, 874.65]),
         (1.0, 0.125, 2.0, 0.75 * PI, 2.0, [85.615, 230.584, 12.758]),
@@ -111,7 +111,7 @@ fn loads_with_diffraction_are_those_of_a_panel_method() {
 
 /// Diffraction multiplies force and moment by `1 + k1`, `1 + k2`, `1 + k' ((a^2 + b^2)/(a^2 - b^2))^2`.
 #[test]
-fn diffraction_is_a_factor() {
+fn diffraction_multiplies_the_load() {
     let (a, b) = (1.5, 0.4);
     let [k1, k2, turn] = lamb(a, b);
     let slender = ((a * a + b * b) / (a * a - b * b)).powi(2);
@@ -120,13 +120,13 @@ fn diffraction_is_a_factor() {
     for (i, factor) in [1.0 + k1, 1.0 + k2, 1.0 + turn * slender].into_iter().enumerate() {
         close(full[i] / bare[i], factor, 1e-12);
     }
-    // Lamb's own table, p. 155, to a unit of its last digit.
+    // Table of Lamb, p. 155, to one unit of its last digit.
     for (ratio, printed) in [(8.01, [0.029, 0.945, 0.840]), (9.97, [0.021, 0.960, 0.883])] {
         lamb(ratio, 1.0).into_iter().zip(printed).for_each(|(found, printed)| close(found, printed, 1e-3));
     }
 }
 
-/// Force and moment of the pressure on the hull, by the midpoint rule over rings and around them.
+/// Returns force and moment of the pressure on the hull, by the midpoint rule along it and around it.
 fn integrated(
     waves: &Waves,
     centre: Place,
@@ -153,8 +153,8 @@ fn integrated(
             let pressure: f64 = waves.components().iter().map(pressure).sum();
             let area = a * b * b * polar.sin() * (PI / f64::from(rings)) * (TAU / f64::from(parts));
             let [x, y, z] = [-unit[0] / a, -unit[1] / b, -unit[2] / b].map(|one| one * area * pressure);
-            let pushed = [x, y, z, r[1] * z - r[2] * y, r[2] * x - r[0] * z, r[0] * y - r[1] * x];
-            sums.iter_mut().zip(pushed).for_each(|(sum, one)| *sum += one);
+            let load_part = [x, y, z, r[1] * z - r[2] * y, r[2] * x - r[0] * z, r[0] * y - r[1] * x];
+            sums.iter_mut().zip(load_part).for_each(|(sum, one)| *sum += one);
         }
     }
     sums
@@ -164,9 +164,9 @@ fn size(load: &[f64]) -> f64 {
     load.iter().fold(0.0f64, |most, one| most.max(one.abs()))
 }
 
-/// Waves from the side over a hull that lies askew: force and moment, that of yaw among them, with a fine rule.
+/// Oblique waves on a hull at a large attitude: force and moment, yaw included, with a fine rule.
 #[test]
-fn oblique_waves_push_as_the_pressure_does() {
+fn oblique_wave_load_is_the_pressure_integral() {
     let heading = 1.1;
     let (waves, attitude) = (sea(heading, 4), [0.7, -0.3, 2.4]);
     let found = load(&Spheroid::new(1.0, 0.2, DENSITY, NONE).unwrap(), &waves, PLACE, attitude);
@@ -180,13 +180,13 @@ fn oblique_waves_push_as_the_pressure_does() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
-    /// Short waves, any heading, any attitude: the closed form is the integral.
+    /// Short waves, any heading, any attitude: the closed form equals the integral.
     #[test]
-    fn froude_krylov_is_the_integral_of_the_pressure(
+    fn froude_krylov_load_is_the_pressure_integral(
         heading in -PI..PI, seed in 0u64..100, time in 0.0..100.0, radius in 0.1..0.9,
-        roll in -3.0..3.0, pitch in -1.2..1.2, own in -3.0..3.0,
+        roll in -3.0..3.0, pitch in -1.2..1.2, hull_heading in -3.0..3.0,
     ) {
-        let (waves, attitude) = (sea(heading, seed), [roll, pitch, own]);
+        let (waves, attitude) = (sea(heading, seed), [roll, pitch, hull_heading]);
         let centre = Place { time, north: 3.0, east: -2.0, depth: 1.5 };
         let found = load(&Spheroid::new(1.0, radius, DENSITY, NONE).unwrap(), &waves, centre, attitude);
         let expected = integrated(&waves, centre, &axes(attitude), heading, [1.0, radius], [200, 120]);
@@ -195,59 +195,60 @@ proptest! {
         }
     }
 
-    /// The motion that comes with the load is that of the water there.
+    /// The motion returned with the load is that of the water at the centre.
     #[test]
-    fn the_motion_is_that_of_the_waves(time in 0.0..100.0, depth in 1.0..10.0) {
+    fn motion_is_that_of_the_waves(time in 0.0..100.0, depth in 1.0..10.0) {
         let waves = sea(1.0, 5);
         let place = Place { time, north: -2.0, east: 1.0, depth };
         let hull = Spheroid::new(1.0, 0.1, DENSITY, NONE).unwrap();
         prop_assert_eq!(hull.in_waves(&waves, place, &axes([0.1, 0.3, 0.2])).0, waves.motion(place));
     }
 
-    /// A hull at a heading in waves of another meets what one at heading 0 meets in waves of the difference.
+    /// The load depends on the difference of the headings of hull and waves only.
     #[test]
-    fn headings_count_from_each_other(
-        heading in -PI..PI, own in -3.0..3.0, roll in -3.0..3.0, pitch in -1.2..1.2, far in -10.0..10.0,
+    fn load_depends_on_the_relative_heading(
+        heading in -PI..PI, hull_heading in -3.0..3.0, roll in -3.0..3.0, pitch in -1.2..1.2, distance in -10.0..10.0,
     ) {
         let hull = with_added_mass(0.8, 0.1);
-        let (sin, cos) = f64::sin_cos(own);
-        let there = Place { north: far * cos, east: far * sin, ..PLACE };
-        let turned = load(&hull, &sea(heading, 3), there, [roll, pitch, own]);
-        let ahead = load(&hull, &sea(heading - own, 3), Place { north: far, ..PLACE }, [roll, pitch, 0.0]);
-        (0..6).for_each(|i| close(turned[i], ahead[i], 1e-10 * size(&ahead)));
+        let (sin, cos) = f64::sin_cos(hull_heading);
+        let there = Place { north: distance * cos, east: distance * sin, ..PLACE };
+        let rotated = load(&hull, &sea(heading, 3), there, [roll, pitch, hull_heading]);
+        let relative = sea(heading - hull_heading, 3);
+        let ahead = load(&hull, &relative, Place { north: distance, ..PLACE }, [roll, pitch, 0.0]);
+        (0..6).for_each(|i| close(rotated[i], ahead[i], 1e-10 * size(&ahead)));
     }
 
-    /// In a mirror what acts sideways changes its sign.
+    /// Reflection at the vertical plane reverses sway, roll and yaw.
     #[test]
-    fn port_is_starboard_in_a_mirror(
-        heading in -PI..PI, own in -3.0..3.0, roll in -3.0..3.0, pitch in -1.2..1.2, east in -10.0..10.0,
+    fn load_is_symmetric_to_port_and_starboard(
+        heading in -PI..PI, hull_heading in -3.0..3.0, roll in -3.0..3.0, pitch in -1.2..1.2, east in -10.0..10.0,
     ) {
         let hull = with_added_mass(0.8, 0.1);
-        let one = load(&hull, &sea(heading, 3), Place { east, ..PLACE }, [roll, pitch, own]);
-        let other = load(&hull, &sea(-heading, 3), Place { east: -east, ..PLACE }, [-roll, pitch, -own]);
+        let one = load(&hull, &sea(heading, 3), Place { east, ..PLACE }, [roll, pitch, hull_heading]);
+        let other = load(&hull, &sea(-heading, 3), Place { east: -east, ..PLACE }, [-roll, pitch, -hull_heading]);
         let sides = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
         (0..6).for_each(|i| close(other[i], sides[i] * one[i], 1e-10 * size(&one)));
     }
 
-    /// Rolled by a quarter turn, starboard is where down was and up where starboard was, for a hull as round as its
-    /// added mass: heave and pitch become sway and yaw, and these change their sign.
+    /// A roll of 90 degrees turns starboard down and down to port: for an axisymmetric hull and added mass, `[X Y Z K M
+    /// N]` becomes `[X Z -Y K N -M]`.
     #[test]
-    fn a_quarter_turn_of_roll_makes_sway_of_heave(
-        heading in -PI..PI, own in -3.0..3.0, roll in -3.0..3.0, pitch in -1.2..1.2,
+    fn quarter_turn_of_roll_turns_heave_into_sway(
+        heading in -PI..PI, hull_heading in -3.0..3.0, roll in -3.0..3.0, pitch in -1.2..1.2,
     ) {
         let (hull, waves) = (with_added_mass(0.8, 0.1), sea(heading, 3));
-        let [x, y, z, k, m, n] = load(&hull, &waves, PLACE, [roll, pitch, own]);
-        let rolled = load(&hull, &waves, PLACE, [roll + PI / 2.0, pitch, own]);
+        let [x, y, z, k, m, n] = load(&hull, &waves, PLACE, [roll, pitch, hull_heading]);
+        let rolled = load(&hull, &waves, PLACE, [roll + PI / 2.0, pitch, hull_heading]);
         for (found, expected) in rolled.into_iter().zip([x, z, -y, k, n, -m]) {
             close(found, expected, 1e-10 * size(&rolled));
         }
     }
 }
 
-/// Of the first version, which knew the vertical plane alone: the load ahead, down and bow up, its derivatives by time,
-/// the way north, depth and pitch, and the velocity of the water.
+/// Figures of the first version, which covered the vertical plane only: load ahead, down and bow up, its derivatives
+/// with respect to time, north, depth and pitch, and the velocity of the water.
 #[test]
-fn in_the_plane_all_is_as_it_was() {
+fn vertical_plane_matches_the_first_version() {
     let mut mass = NONE;
     (mass[0][0], mass[2][2], mass[4][4]) = (2.0, 60.0, 10.0);
     (mass[2][4], mass[4][2]) = (-3.0, -3.0);
@@ -273,7 +274,7 @@ const FIRST: [[f64; 3]; 5] = [
 ];
 
 #[test]
-fn the_hull_has_a_top() {
+fn returns_top_of_hull() {
     let hull = Spheroid::new(1.0, 0.125, DENSITY, NONE).unwrap();
     for (station, pitch, expected) in [
         (0.0, 0.0, [0.0, 0.125]),
@@ -288,7 +289,7 @@ fn the_hull_has_a_top() {
 }
 
 #[test]
-fn hulls_that_are_not_slender_are_refused() {
+fn rejects_invalid_hulls() {
     for (a, b, density, mass, key) in [
         (1.0, 1.0, DENSITY, 0.0, "length"),
         (1.0, 0.0, DENSITY, 0.0, "diameter"),
@@ -302,31 +303,31 @@ fn hulls_that_are_not_slender_are_refused() {
 }
 
 proptest! {
-    /// Derivatives of the load, by differences; short waves and long ones, any attitude.
+    /// Derivatives of the load against differences: short and long waves, any attitude.
     #[test]
-    fn slopes_are_differences(
-        heading in -PI..PI, roll in -3.0..3.0, pitch in -1.0..1.0, own in -3.0..3.0, north in -50.0..50.0,
+    fn slopes_match_differences(
+        heading in -PI..PI, roll in -3.0..3.0, pitch in -1.0..1.0, hull_heading in -3.0..3.0, north in -50.0..50.0,
         east in -50.0..50.0, depth in 1.0..5.0, period in 0.6..8.0,
     ) {
         let spectrum = Spectrum::jonswap(0.01, period, 3.3).unwrap();
         let waves = Waves::new(&spectrum, heading, 20, 5).unwrap();
         let hull = with_added_mass(0.8, 0.1);
-        let axes = axes([roll, pitch, own]);
-        // By a small turn about each axis of the body.
+        let axes = axes([roll, pitch, hull_heading]);
+        // Small rotations about each body axis.
         let at = |[time, north, east, depth, p, q, r]: [f64; 7]| {
-            let turned: Axes = std::array::from_fn(|i| std::array::from_fn(|j| {
+            let rotated: Axes = std::array::from_fn(|i| std::array::from_fn(|j| {
                 let turn = [[0.0, r, -q], [-r, 0.0, p], [q, -p, 0.0]];
                 axes[i][j] + (0..3).map(|l| turn[i][l] * axes[l][j]).sum::<f64>()
             }));
-            hull.in_waves(&waves, Place { time, north, east, depth }, &turned).1
+            hull.in_waves(&waves, Place { time, north, east, depth }, &rotated).1
         };
         let here = [3.0, north, east, depth, 0.0, 0.0, 0.0];
         let exact = hull.slopes_in_waves(&waves, Place { time: 3.0, north, east, depth }, &axes);
         let size: [f64; 6] = std::array::from_fn(|i| 0.1 + exact.iter().map(|slope| slope[i].abs()).sum::<f64>());
         for (j, slope) in exact.into_iter().enumerate() {
             let h = 1e-5;
-            let moved = |by: f64| at(std::array::from_fn(|i| if i == j { here[i] + by } else { here[i] }));
-            let (above, below) = (moved(h), moved(-h));
+            let shifted = |by: f64| at(std::array::from_fn(|i| if i == j { here[i] + by } else { here[i] }));
+            let (above, below) = (shifted(h), shifted(-h));
             for i in 0..6 {
                 close((above[i] - below[i]) / (2.0 * h), slope[i], 1e-6 * size[i]);
             }

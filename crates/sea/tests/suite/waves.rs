@@ -8,17 +8,17 @@ fn sea(heading: f64, seed: u64) -> Waves {
     Waves::new(&Spectrum::jonswap(1.0, 6.0, 3.3).unwrap(), heading, 100, seed).unwrap()
 }
 
-/// `4 sqrt(m0)` of that spectrum, by quadrature: 1 - 0.287 ln gamma is a fit.
+/// Height `4 sqrt(m0)` of that spectrum by quadrature: 1 - 0.287 ln gamma is a fit.
 const HEIGHT: f64 = 1.0012;
 
 fn close(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance, "{found} instead of {expected}");
 }
 
-/// The elevation and the vertical velocity over the components, against the published figures of the spectrum. What
-/// lies beyond ten times the peak is 1.3 % of the variance at the surface; each frequency is drawn in its interval.
+/// Elevation and vertical velocity summed over the components, against the published figures of the spectrum. Beyond
+/// ten times the peak lie 1.3 % of the variance at the surface; each frequency is random in its interval.
 #[test]
-fn components_have_the_spectrum() {
+fn components_match_the_spectrum() {
     const SEEDS: u64 = 20;
     let published = [(0.0, 0.337), (2.0, 0.213), (5.0, 0.137), (10.0, 0.0746)];
     let mut means = [0.0; 4];
@@ -40,9 +40,9 @@ fn components_have_the_spectrum() {
     }
 }
 
-/// The elevation and the velocity at a depth that are seen over an hour have the rms of the spectrum.
+/// Elevation and velocity at a depth, sampled over an hour, have the rms of the spectrum.
 #[test]
-fn what_is_seen_has_the_spectrum() {
+fn time_history_matches_the_spectrum() {
     let waves = sea(PI, 3);
     let (mut heights, mut speeds) = (0.0, 0.0);
     let count = 14_400;
@@ -56,20 +56,20 @@ fn what_is_seen_has_the_spectrum() {
 }
 
 #[test]
-fn the_seed_decides() {
+fn seed_reproduces_the_sea() {
     assert_eq!(sea(PI, 7), sea(PI, 7));
     assert_ne!(sea(PI, 7).components(), sea(PI, 8).components());
     assert_eq!(sea(PI, 7).components(), sea(1.0, 7).components());
-    // Of the first version: a seed means the same sea in every later one.
+    // Value of the first version: a seed gives the same sea in every version.
     close(sea(PI, 7).elevation(10.0, [2.0, 0.0]), ELEVATION_OF_SEED_7, 1e-9);
 }
 
 const ELEVATION_OF_SEED_7: f64 = 0.267_366_903_280;
 
 proptest! {
-    /// Derivatives by differences; water keeps its volume and does not turn; at the surface it follows the elevation.
+    /// Derivatives against differences; the flow is incompressible and irrotational; the surface follows the elevation.
     #[test]
-    fn the_motion_obeys_linear_theory(
+    fn motion_obeys_linear_theory(
         heading in -PI..PI, seed in 0u64..1000, time in 0.0..1000.0, north in -100.0..100.0, east in -100.0..100.0,
         depth in 0.0..20.0,
     ) {
@@ -80,8 +80,8 @@ proptest! {
         let h = 1e-5;
         let [by_north, by_east, by_depth] = here.by_place;
         for (j, slope) in [here.by_time, by_north, by_east, by_depth].into_iter().enumerate() {
-            let moved = |by: f64| at(std::array::from_fn(|i| place[i] + if i == j { by } else { 0.0 })).velocity;
-            let (above, below) = (moved(h), moved(-h));
+            let shifted = |by: f64| at(std::array::from_fn(|i| place[i] + if i == j { by } else { 0.0 })).velocity;
+            let (above, below) = (shifted(h), shifted(-h));
             (0..3).for_each(|i| close(slope[i], (above[i] - below[i]) / (2.0 * h), 1e-6));
         }
         for (i, j) in [(0, 1), (0, 2), (1, 2)] {
@@ -93,37 +93,37 @@ proptest! {
         close(-surface, rise / (2.0 * h), 1e-6);
     }
 
-    /// What is seen along the way of the waves, and across it nothing changes.
+    /// The elevation varies along the direction of travel and is constant across it.
     #[test]
-    fn crests_are_long(heading in -PI..PI, time in 0.0..100.0, along in -50.0..50.0, across in -50.0..50.0) {
+    fn waves_are_long_crested(heading in -PI..PI, time in 0.0..100.0, along in -50.0..50.0, across in -50.0..50.0) {
         let place = [along * heading.cos() - across * heading.sin(), along * heading.sin() + across * heading.cos()];
         close(sea(heading, 3).elevation(time, place), sea(0.0, 3).elevation(time, [along, 0.0]), 1e-10);
     }
 
-    /// Who moves along with the vehicle sees one wave come by that often: after its period all is as it was.
+    /// An observer moving with the vehicle sees the wave repeat after its encounter period.
     #[test]
-    fn the_frequency_of_encounter_is_what_a_moving_vehicle_sees(
+    fn moving_observer_sees_the_encounter_frequency(
         heading in 0.0..PI, speed in -3.0..3.0, frequency in 0.3..3.0, time in 0.0..100.0,
     ) {
-        let met = encounter_frequency(frequency, heading, speed);
-        prop_assume!(met > 0.05);
+        let encounter = encounter_frequency(frequency, heading, speed);
+        prop_assume!(encounter > 0.05);
         let number = frequency * frequency / GRAVITY;
         let waves = Waves::of(vec![Component { amplitude: 1.0, frequency, number, phase: 0.4 }], heading);
-        let seen = |time: f64| waves.elevation(time, [speed * time, 0.0]);
-        close(seen(time + TAU / met), seen(time), 1e-9);
-        close(seen(time + PI / met), -seen(time), 1e-9);
+        let elevation = |time: f64| waves.elevation(time, [speed * time, 0.0]);
+        close(elevation(time + TAU / encounter), elevation(time), 1e-9);
+        close(elevation(time + PI / encounter), -elevation(time), 1e-9);
     }
 }
 
 /// 1 rad/s, head sea, 2 m/s: 1 + 2/9.81 rad/s.
 #[test]
-fn head_seas_are_met_more_often() {
+fn head_sea_raises_the_encounter_frequency() {
     close(encounter_frequency(1.0, PI, 2.0), 1.0 + 2.0 / 9.81, 1e-12);
     close(encounter_frequency(1.0, 0.0, 2.0), 1.0 - 2.0 / 9.81, 1e-12);
 }
 
 #[test]
-fn numbers_out_of_range_are_refused() {
+fn rejects_parameters_out_of_range() {
     let spectrum = Spectrum::jonswap(1.0, 6.0, 3.3).unwrap();
     for (heading, components, key) in
         [(f64::NAN, 100, "heading"), (0.0, 19, "components"), (0.0, 1001, "components")]

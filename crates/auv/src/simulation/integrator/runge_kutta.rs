@@ -1,4 +1,4 @@
-//! A step of the explicit Runge-Kutta method of order 6 with an error estimate of order 5.
+//! Step of the explicit Runge-Kutta method of order 6 with an error estimate of order 5.
 //!
 //! Source: J. H. Verner, "Numerically optimal Runge-Kutta pairs with interpolants", Numerical Algorithms 53, 2010: the
 //! efficient pair of orders 6 and 5.
@@ -30,7 +30,7 @@ const A7: [f64; 7] = [
     -0.018_338_785_905_045_722,
     -0.000_511_948_499_788_209_9,
 ];
-/// The last row, the weights b of order 6: the last stage is the first of the next step.
+/// Last row, the weights b of order 6: the last stage is the first of the next step.
 const B: [f64; 8] = [
     0.034_389_578_683_570_36,
     0.0,
@@ -42,7 +42,7 @@ const B: [f64; 8] = [
     172.364_133_401_415_07,
 ];
 
-/// The weights of order 6 less those of order 5.
+/// Weights of order 6 minus those of order 5.
 const ERROR: [f64; 9] = [
     -0.014_710_097_800_254_542,
     0.0,
@@ -55,17 +55,17 @@ const ERROR: [f64; 9] = [
     -0.056_861_139_440_475_696,
 ];
 
-/// A step.
+/// Step of the method.
 pub(crate) struct Step<const N: usize> {
-    /// The state at its end.
+    /// State at the end.
     pub(crate) state: [f64; N],
-    /// The rate there.
+    /// Rate at the end.
     pub(crate) rate: [f64; N],
-    /// The estimated error of each state of the solution of order 5.
+    /// Estimated error of each state of the solution of order 5.
     pub(crate) error: [f64; N],
 }
 
-/// Takes a step of the length h from a state with a rate, `f(t, x)` being the rate at a time t after its start.
+/// Takes a step of length h from a state and its rate; `f(t, x)` is the rate at a time t after its start.
 pub(crate) fn step<const N: usize>(
     mut f: impl FnMut(f64, &[f64; N]) -> [f64; N],
     state: &[f64; N],
@@ -74,8 +74,8 @@ pub(crate) fn step<const N: usize>(
 ) -> Step<N> {
     let mut k = [*rate; 9];
     let mut at = *state;
-    let mut stage = |index: usize, moved: [f64; N]| {
-        at = std::array::from_fn(|i| state[i] + h * moved[i]);
+    let mut stage = |index: usize, combination: [f64; N]| {
+        at = std::array::from_fn(|i| state[i] + h * combination[i]);
         f(NODES[index] * h, &at)
     };
     k[1] = stage(0, sum(&A1, &k));
@@ -89,7 +89,7 @@ pub(crate) fn step<const N: usize>(
     Step { state: at, rate: k[8], error: sum(&ERROR, &k).map(|error| h * error) }
 }
 
-/// The weighted sum of the first rates; the number of the weights is known when it is compiled, and the loops are
+/// Returns the weighted sum of the first rates; the number of weights is a compile-time constant, and the loops are
 /// unrolled.
 #[inline(always)]
 fn sum<const N: usize, const S: usize>(weights: &[f64; S], rates: &[[f64; N]; 9]) -> [f64; N] {
@@ -106,11 +106,11 @@ fn sum<const N: usize, const S: usize>(weights: &[f64; S], rates: &[[f64; N]; 9]
 mod tests {
     use super::*;
 
-    /// Of a quarter of a turn of an oscillator: the error falls with the sixth power of the step at least, and so does
-    /// its estimate, that of one step of order 5.
+    /// Errors over a quarter turn of an oscillator fall at least with the sixth power of the step, and so does their
+    /// estimate, that of one step of order 5.
     #[test]
-    fn errors_fall_as_the_orders_say() {
-        let turn = |steps: u32| {
+    fn errors_have_the_expected_orders() {
+        let quarter_turn = |steps: u32| {
             let h = std::f64::consts::FRAC_PI_2 / f64::from(steps);
             let f = |_: f64, x: &[f64; 2]| [x[1], -x[0]];
             let (mut at, mut estimate) = ([0.0, 1.0], 0.0_f64);
@@ -120,15 +120,15 @@ mod tests {
             }
             ((at[0] - 1.0).abs().max(at[1].abs()), estimate)
         };
-        let (coarse, fine) = (turn(4), turn(8));
+        let (coarse, fine) = (quarter_turn(4), quarter_turn(8));
         assert!(coarse.0 > 55.0 * fine.0, "{coarse:?} {fine:?}");
         assert!((55.0..75.0).contains(&(coarse.1 / fine.1)), "{coarse:?} {fine:?}");
         assert!(fine.0 < 1e-7, "{fine:?}");
     }
 
-    /// The weights of each stage add up to its node, and those of the error to nothing.
+    /// The weights of each stage add up to its node, and those of the error to zero.
     #[test]
-    fn the_tableau_is_consistent() {
+    fn tableau_is_consistent() {
         for (node, row) in NODES.into_iter().zip([&A1[..], &A2, &A3, &A4, &A5, &A6, &A7, &B]) {
             assert!((row.iter().sum::<f64>() - node).abs() < 1e-13, "{row:?}");
         }

@@ -1,4 +1,4 @@
-//! Reads `[[thruster]]`, `[[thruster_group]]` and `[[control_surface]]`.
+//! Reading of `[[thruster]]`, `[[thruster_group]]` and `[[control_surface]]`.
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
@@ -8,7 +8,7 @@ use squid_signals::Curve;
 
 use crate::motion::dynamics::add;
 use crate::toml_file::{FileProblem, Table, cited};
-use crate::vehicle::actuator::{Actuator, Effect, NEEDED_BY_RATE, allowed, is_actuator_name};
+use crate::vehicle::actuator::{Actuator, Effect, LAG_WITH_RATE, allowed, is_actuator_name};
 use crate::vehicle::file::curve_table::{self, CURVE, SQUARE};
 use crate::vehicle::file::units::Units;
 use crate::words::{number, readable, rounded};
@@ -32,21 +32,21 @@ const CONTROL_SURFACE: [&str; 11] = [
     "rate",
 ];
 
-/// Beyond 90 deg a surface would stand backwards \[rad\]; a little more, for what rounding adds.
+/// Largest deflection \[rad\]: 90 deg, plus a margin for rounding.
 const FARTHEST_DEFLECTION: f64 = std::f64::consts::FRAC_PI_2 + 1e-9;
 
 type Sources = BTreeMap<String, String>;
 
 type Read = fn(Reader<'_>, &mut Sources) -> Option<Actuator>;
 
-/// The name of a kind of actuator, its keys, and what reads it.
+/// Name of a kind of actuator, its keys, and its reader.
 const KINDS: [(&str, &[&str], Read); 3] = [
     ("thruster", &THRUSTER, |reader, sources| reader.thruster(sources)),
     ("thruster_group", &THRUSTER_GROUP, |reader, sources| reader.thruster_group(sources)),
     ("control_surface", &CONTROL_SURFACE, |reader, sources| reader.control_surface(sources)),
 ];
 
-/// The names of the kinds of actuators, which are those of their tables.
+/// Returns the names of the kinds of actuators, which are those of their tables.
 pub(super) fn kinds() -> impl Iterator<Item = &'static str> {
     KINDS.iter().map(|(kind, ..)| *kind)
 }
@@ -54,7 +54,7 @@ pub(super) fn kinds() -> impl Iterator<Item = &'static str> {
 /// Reads all actuators in the order of [`KINDS`]; those that cannot be read are omitted.
 pub(super) fn read(root: &Table<'_>, units: &Units<'_>, sources: &mut Sources) -> Vec<Actuator> {
     let mut actuators: Vec<Actuator> = Vec::new();
-    let mut taken: Vec<(String, usize)> = Vec::new();
+    let mut names: Vec<(String, usize)> = Vec::new();
     if !KINDS.iter().any(|(kind, ..)| root.has(kind)) {
         root.problem(FileProblem::NoActuator);
     }
@@ -64,7 +64,7 @@ pub(super) fn read(root: &Table<'_>, units: &Units<'_>, sources: &mut Sources) -
         all_read &= root.has(kind) != tables.is_empty();
         for table in tables {
             table.allow_only(keys);
-            let name = name(&table, &mut taken);
+            let name = name(&table, &mut names);
             let reader = Reader { name: name.clone().unwrap_or_default(), table: &table, units };
             let actuator = name.and(read(reader, sources));
             all_read &= actuator.is_some();
@@ -77,22 +77,22 @@ pub(super) fn read(root: &Table<'_>, units: &Units<'_>, sources: &mut Sources) -
     actuators
 }
 
-/// A name that no other actuator has.
-fn name(table: &Table<'_>, taken: &mut Vec<(String, usize)>) -> Option<String> {
+/// Reads a name that no other actuator has.
+fn name(table: &Table<'_>, names: &mut Vec<(String, usize)>) -> Option<String> {
     let name = table.text("name")?;
     if !is_actuator_name(&name) {
         table.not_allowed("name", cited(&name), "letters, digits and '_', beginning with a letter");
         return None;
     }
-    if let Some((_, first_line)) = taken.iter().find(|(other, _)| *other == name) {
+    if let Some((_, first_line)) = names.iter().find(|(other, _)| *other == name) {
         table.blame("name", FileProblem::DuplicateActuator { name, first_line: *first_line });
         return None;
     }
-    taken.push((name.clone(), table.line()));
+    names.push((name.clone(), table.line()));
     Some(name)
 }
 
-/// Least and greatest output, lag, and the fastest change of the output.
+/// Least and greatest output, lag, and rate limit.
 struct Limits {
     min: f64,
     max: f64,
@@ -109,11 +109,11 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn thruster(self, sources: &mut Sources) -> Option<Actuator> {
         let effect = self.one_thruster(sources);
-        let driven = self.thrust(sources);
-        self.finish(driven?, effect?)
+        let thrust_data = self.thrust(sources);
+        self.finish(thrust_data?, effect?)
     }
 
-    /// Place, direction and torque of a thruster.
+    /// Reads position, direction and torque of a thruster.
     fn one_thruster(&self, sources: &mut Sources) -> Option<Effect> {
         let [x, y] = ["x", "y"].map(|key| self.optional(key, &["m"], sources));
         let z = self.required("z", &["m"], "position below the origin", sources);
@@ -140,19 +140,20 @@ impl Reader<'_> {
             let both = |(sum, force): ([[f64; 3]; 2], [[f64; 3]; 2])| [0, 1].map(|i| add(sum[i], force[i]));
             sums = sums.zip(force).map(both);
         }
-        let driven = self.thrust(sources);
+        let thrust_data = self.thrust(sources);
         let [[X_T, Z_T, M_T], [Y_T, K_T, N_T]] = sums?;
-        self.finish(driven?, Effect::ThrusterGroup { X_T, Y_T, Z_T, K_T, M_T, N_T })
+        self.finish(thrust_data?, Effect::ThrusterGroup { X_T, Y_T, Z_T, K_T, M_T, N_T })
     }
 
-    /// A surface needs force and moment in one of the two planes, those of the other are 0 unless they are given.
+    /// Reads a control surface, which requires force and moment in one of the two planes; those of the other are 0 by
+    /// default.
     fn control_surface(self, sources: &mut Sources) -> Option<Actuator> {
         let steers = ["Y_uu_delta", "N_uu_delta"].iter().any(|key| self.table.has(key));
         let rolls = self.table.has("K_uu_delta");
         let dives = !(steers || rolls) || ["Z_uu_delta", "M_uu_delta"].iter().any(|key| self.table.has(key));
         let mut number = |key: &str, unit: &str, meaning: &str, needed: bool| {
-            let there = !needed || self.table.requires(key, meaning);
-            there.then(|| self.optional(key, &[unit], sources)).flatten()
+            let present = !needed || self.table.requires(key, meaning);
+            present.then(|| self.optional(key, &[unit], sources)).flatten()
         };
         let (force, moment) = ("kg/(m.rad)", "kg/rad");
         let heave = number("Z_uu_delta", force, "heave force per u|u| delta", dives);
@@ -162,7 +163,7 @@ impl Reader<'_> {
         let roll = number("K_uu_delta", moment, "", false);
         let surge = number("X_uu_delta2", "kg/(m.rad2)", "", false);
         let limits = self.limits([&ANGLES, &["rad/s", "deg/s"]], None, sources);
-        let limits = limits.filter(|limits| self.can_be_deflected(limits));
+        let limits = limits.filter(|limits| self.check_deflections(limits));
         let (Z_uu_delta, M_uu_delta, X_uu_delta2) = (heave?, pitch?, surge?);
         let (Y_uu_delta, K_uu_delta, N_uu_delta) = (sway?, roll?, yaw?);
         let effect = Effect::ControlSurface {
@@ -176,11 +177,11 @@ impl Reader<'_> {
         self.finish((limits?, None), effect)
     }
 
-    /// Records deflections beyond those that a surface can have.
-    fn can_be_deflected(&self, limits: &Limits) -> bool {
-        let beyond = [("min", limits.min), ("max", limits.max)];
-        let beyond = beyond.into_iter().find(|(_, angle)| angle.abs() > FARTHEST_DEFLECTION);
-        if let Some((key, angle)) = beyond {
+    /// Returns `true` if the deflections are possible; otherwise reports them.
+    fn check_deflections(&self, limits: &Limits) -> bool {
+        let out_of_range = [("min", limits.min), ("max", limits.max)];
+        let out_of_range = out_of_range.into_iter().find(|(_, angle)| angle.abs() > FARTHEST_DEFLECTION);
+        if let Some((key, angle)) = out_of_range {
             let found = format!("{} rad, or {} deg", rounded(angle), rounded(angle.to_degrees()));
             self.table.not_allowed(
                 key,
@@ -188,10 +189,10 @@ impl Reader<'_> {
                 "from -90 to 90 deg (an angle in degrees with the unit \"rad\"?)",
             );
         }
-        beyond.is_none()
+        out_of_range.is_none()
     }
 
-    /// Limits, lag and curve of what thrusts; a table of points has limits of its own, which these must not exceed.
+    /// Reads limits, lag and curve of a thruster; the limits must not exceed the ends of a table of points.
     fn thrust(&self, sources: &mut Sources) -> Option<(Limits, Option<Curve>)> {
         let curve = curve_table::read(self.table, &self.name, sources);
         let ends =
@@ -214,8 +215,7 @@ impl Reader<'_> {
         Some((limits, curve))
     }
 
-    /// The limits, in units of the output and of its rate; where there are `ends`, they stand for limits that are left
-    /// out.
+    /// Reads the limits, in units of the output and of its rate; `ends`, if any, replace absent limits.
     fn limits(
         &self,
         [output, of_rate]: [&[&str]; 2],
@@ -232,7 +232,7 @@ impl Reader<'_> {
         let rate = self.optional("rate", of_rate, sources).map(|rate| (rate > 0.0).then_some(rate));
         let (lag, rate) = (lag?, rate?);
         if rate.is_some() && lag <= 0.0 {
-            self.table.not_allowed("lag", format!("{} s", number(lag)), NEEDED_BY_RATE);
+            self.table.not_allowed("lag", format!("{} s", number(lag)), LAG_WITH_RATE);
             return None;
         }
         Some(Limits { min: min?, max: max?, lag, rate })
@@ -254,7 +254,7 @@ impl Reader<'_> {
         self.table.requires(key, meaning).then(|| self.optional(key, units, sources)).flatten()
     }
 
-    /// Returns the number, or 0 if it is missing.
+    /// Returns the number, or 0 if it is absent.
     fn optional(&self, key: &str, units: &[&str], sources: &mut Sources) -> Option<f64> {
         if !self.table.has(key) {
             return Some(0.0);

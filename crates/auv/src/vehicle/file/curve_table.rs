@@ -1,4 +1,4 @@
-//! The keys `curve` and `T_nn` of a thruster or a group: from its command to its thrust.
+//! Keys `curve` and `T_nn` of a thruster or a group: from its command to its thrust.
 
 use std::collections::BTreeMap;
 
@@ -8,12 +8,12 @@ use crate::toml_file::{Table, cited};
 use crate::vehicle::allowed::Allowed;
 use crate::words::number;
 
-/// A table of points.
+/// Key of a table of points.
 pub(super) const CURVE: &str = "curve";
-/// The factor of a square law, after the terms X_uu and M_qq of a hull.
+/// Key of the factor of a square law, named like X_uu and M_qq of a hull.
 pub(super) const SQUARE: &str = "T_nn";
 
-/// The units of the factor of a square law, each with that of its command.
+/// Units of the factor of a square law, each with that of its command.
 const SQUARES: [(&str, &str); 2] = [("N/rpm2", "rpm"), ("N.s2/rad2", "rad/s")];
 
 /// Reads the curve of an actuator, if it has one; the outer option is `None` after a mistake.
@@ -44,17 +44,17 @@ fn points(table: &Table<'_>) -> Option<(Curve, String)> {
     let unit = curve.one_of("unit", &COMMAND_UNITS);
     let source = curve.text("source");
     let (pairs, unit, source) = (pairs?, unit?, source?);
-    let found = mistake(&pairs);
+    let description = mistake(&pairs);
     match Curve::through(pairs, COMMAND_UNITS[unit]) {
         Ok(read) => Some((read, source)),
         Err(_) => {
-            curve.not_allowed("value", found, POINTS);
+            curve.not_allowed("value", description, POINTS);
             None
         }
     }
 }
 
-/// What is wrong with points that are no curve.
+/// Describes the mistake in points that form no valid curve.
 fn mistake(points: &[[f64; 2]]) -> String {
     let (first, last) = (points[0], points[points.len() - 1]);
     let falls = |pair: &&[[f64; 2]]| pair[0][0] >= pair[1][0] || pair[0][1] > pair[1][1];

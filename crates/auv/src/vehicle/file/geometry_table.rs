@@ -1,4 +1,4 @@
-//! The section `[geometry]`, which a vehicle file may have: the size of the hull.
+//! Optional section `[geometry]` of a vehicle file: the size of the hull.
 
 use std::collections::BTreeMap;
 
@@ -7,16 +7,16 @@ use crate::vehicle::allowed::Allowed;
 use crate::vehicle::geometry::Geometry;
 use crate::words::number;
 
-/// Its name.
+/// Name of the section.
 pub(super) const SECTION: &str = "geometry";
 
-/// Reads the section, if it is there.
+/// Reads the section, if present.
 pub(super) fn read(root: &Table<'_>, sources: &mut BTreeMap<String, String>) -> Option<Geometry> {
     let table = root.table(SECTION)?;
     table.allow_only(&["length", "diameter"]);
     let mut quantity = |key: &str, meaning: &str| {
-        let there = table.requires(key, meaning);
-        let found = there.then(|| table.quantity(key, &["m"], Allowed::Positive)).flatten()?;
+        let present = table.requires(key, meaning);
+        let found = present.then(|| table.quantity(key, &["m"], Allowed::Positive)).flatten()?;
         sources.insert(format!("{SECTION}.{key}"), found.source);
         Some(found.value)
     };

@@ -1,16 +1,16 @@
-//! The section `[hull]`, which a vehicle file may have: stations and drag coefficient for cross-flow drag.
+//! Optional section `[hull]` of a vehicle file: stations and drag coefficient for cross-flow drag.
 
 use std::collections::BTreeMap;
 
 use crate::toml_file::Table;
 use crate::vehicle::hull::Hull;
 
-/// Its name.
+/// Name of the section.
 pub(super) const SECTION: &str = "hull";
-/// Its key beside the coefficients.
+/// Key in addition to the coefficients.
 pub(super) const STATIONS: &str = "stations";
 
-/// Reads the stations of a section that is there.
+/// Reads the stations of the section.
 pub(super) fn read(table: &Table<'_>, sources: &mut BTreeMap<String, String>) -> Option<Hull> {
     table.requires("C_d", "drag coefficient of the sections in cross flow");
     let meaning = "a table { value = [[x, breadth], ...], unit = \"m\", source = \"...\" }";

@@ -1,4 +1,4 @@
-//! The section `[non_dimensional]`, which a vehicle file may have: what turns numbers in the unit "prime" into SI.
+//! Optional section `[non_dimensional]` of a vehicle file: the conversion of numbers in the unit "prime" to SI.
 //!
 //! A unit is a product of powers of kg, m and s; the number is multiplied by the same powers of three scales:
 //!
@@ -7,39 +7,39 @@
 //! prime-II    mass rho L^2 T/2     length L    time L/U
 //! ```
 //!
-//! Z_uw in kg/m is then rho L^2/2 times its non-dimensional value, whatever the speed U; only what has a time in
-//! its unit needs U.
+//! Z_uw in kg/m, for example, is rho L^2/2 times its non-dimensional value, independent of the speed U; only units with
+//! a time require U.
 //!
 //! Sources: SNAME (1950), prime-I; Fossen (2011), table 7.2.
 
 use crate::toml_file::{FileProblem, Quantity, Table};
 use crate::vehicle::allowed::Allowed;
 
-/// Its name.
+/// Name of the section.
 pub(super) const SECTION: &str = "non_dimensional";
-/// The unit of a non-dimensional number.
+/// Unit of a non-dimensional number.
 pub(super) const PRIME: &str = "prime";
 
 const SYSTEMS: [&str; 2] = ["prime-I", "prime-II"];
 const SPEED: &str = "speed";
 const DRAUGHT: &str = "draught";
 
-/// The scales of mass \[kg\], length \[m\] and time \[s\].
+/// Scales of mass \[kg\], length \[m\] and time \[s\].
 pub(super) struct Scales<'a> {
     table: Table<'a>,
     mass: f64,
     length: f64,
-    /// `None` without a speed.
+    /// Scale of time; `None` without a speed.
     time: Option<f64>,
 }
 
-/// Reads the section, if it is there.
+/// Reads the section, if present.
 pub(super) fn read<'a>(root: &Table<'a>) -> Option<Scales<'a>> {
     let table = root.table(SECTION)?;
     table.allow_only(&["system", "length", DRAUGHT, "density", SPEED]);
     let positive = |key: &str, unit: &str, meaning: &str| {
-        let there = table.requires(key, meaning);
-        there.then(|| table.quantity(key, &[unit], Allowed::Positive)).flatten().map(|found| found.value)
+        let present = table.requires(key, meaning);
+        present.then(|| table.quantity(key, &[unit], Allowed::Positive)).flatten().map(|found| found.value)
     };
     let system = table.one_of("system", &SYSTEMS);
     let length = positive("length", "m", "the length L of the system");
@@ -55,7 +55,7 @@ pub(super) fn read<'a>(root: &Table<'a>) -> Option<Scales<'a>> {
 }
 
 impl Scales<'_> {
-    /// Returns a number in SI, `unit` being its unit there; a number in another unit than "prime" is in SI already.
+    /// Returns a number in SI; `unit` is its SI unit. A number not in "prime" is converted by [`Quantity::si`].
     pub(super) fn si(&self, key: &str, found: &Quantity, unit: &str) -> Option<f64> {
         if found.unit != PRIME {
             return Some(found.si());
@@ -72,7 +72,7 @@ impl Scales<'_> {
     }
 }
 
-/// The powers of kg, m and s in a unit such as `kg.m2/s`, `kg/(m.rad)` or `N/m`; angles and `1` have none.
+/// Returns the powers of kg, m and s in a unit such as `kg.m2/s`, `kg/(m.rad)` or `N/m`; angles and `1` have none.
 fn powers(unit: &str) -> [i32; 3] {
     let mut powers = [0; 3];
     for (index, part) in unit.split('/').enumerate() {

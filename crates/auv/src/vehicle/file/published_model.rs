@@ -1,4 +1,4 @@
-//! The section `[published_linear_model]`, which a vehicle file may have: what its source prints as the linear model.
+//! Optional section `[published_linear_model]` of a vehicle file: the linear model printed in its source.
 
 use nalgebra::Complex;
 
@@ -6,13 +6,13 @@ use crate::toml_file::Table;
 use crate::vehicle::PublishedLinearModel;
 use crate::vehicle::allowed::Allowed;
 
-/// Its name.
+/// Name of the section.
 pub(super) const SECTION: &str = "published_linear_model";
 
 const SPEED: &str = "speed";
 const POLES: &str = "poles";
 
-/// Reads the section, if it is there.
+/// Reads the section, if present.
 pub(super) fn read(root: &Table<'_>) -> Option<PublishedLinearModel> {
     let table = root.table(SECTION)?;
     table.allow_only(&[SPEED, POLES, "source", "note"]);

@@ -1,4 +1,4 @@
-//! The section `[surge]`, which a vehicle file may have: the speed is given from outside.
+//! Optional section `[surge]` of a vehicle file, for a given speed.
 
 use std::collections::BTreeMap;
 
@@ -6,21 +6,21 @@ use crate::toml_file::Table;
 use crate::vehicle::allowed::Allowed;
 use crate::vehicle::surge::Surge;
 
-/// Its name.
+/// Name of the section.
 pub(super) const SECTION: &str = "surge";
 
 const LAG: &str = "lag";
 
-/// The time constant with which a given speed is followed where the file has none \[s\].
+/// Default time constant of a given speed \[s\].
 const DEFAULT_LAG: f64 = 1.0;
 
-/// What only a vehicle with an equation of surge has: tables of the file, and keys of other tables.
+/// Tables, and keys of other tables, of a vehicle with an equation of surge only.
 const TABLES: [&str; 3] = ["thruster", "thruster_group", "drag"];
 const KEYS: [(&str, &str); 2] = [("damping", "X_u"), ("control_surface", "X_uu_delta2")];
 
 const LEFT_OUT: &str = "left out where surge.speed is \"given\": nothing else acts on the speed";
 
-/// Reads the section, if it is there, and refuses what has no meaning beside it.
+/// Reads the section, if present, and refuses entries without meaning for a given speed.
 pub(super) fn read(root: &Table<'_>, sources: &mut BTreeMap<String, String>) -> Surge {
     let Some(table) = root.table(SECTION) else { return Surge::Free };
     table.allow_only(&["speed", LAG]);

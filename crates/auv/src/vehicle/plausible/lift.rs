@@ -1,46 +1,47 @@
-//! Lift, damping and added mass that feed the motion with energy, as no water does.
+//! Lift, damping and added mass that feed energy to the motion, which is physically impossible.
 
 use crate::vehicle::Vehicle;
 use crate::vehicle::coefficients::Coefficients;
 use crate::words::rounded;
 
-/// Rounded numbers of a source may break the inequality by this part.
+/// Tolerance of the inequality for rounded numbers of a source.
 const ROUNDING: f64 = 0.1;
-/// Ratios of linear damping to lift that agree within this part are one speed.
+/// Relative tolerance within which ratios of linear damping to lift count as one speed.
 const ALIKE: f64 = 0.01;
-/// Coefficients that are equal in theory may differ by this part of the larger one.
+/// Largest difference of coefficients that are equal in theory, relative to the larger one.
 const UNEQUAL: f64 = 0.5;
 
-/// Force and moment of a motion across the hull and a turn, `[F_w w + F_q q, M_w w + M_q q]` for one axis: they take
-/// energy from every such motion where `F_w <= 0`, `M_q <= 0` and `(F_q + M_w)^2/4 <= F_w M_q`.
+/// Force and moment of a motion across the hull and a rotation, `[F_w w + F_q q, M_w w + M_q q]` for one axis: they
+/// dissipate energy in every such motion if `F_w <= 0`, `M_q <= 0` and `(F_q + M_w)^2/4 <= F_w M_q`.
 struct Form {
     keys: [&'static str; 4],
     force: f64,
     cross: f64,
     damping: f64,
-    /// Terms that splitting combined lift adds to the last two.
+    /// Terms that splitting combined lift adds to `cross` and `damping`.
     split: [f64; 2],
 }
 
 impl Form {
-    /// The two sides of the inequality, with combined lift split so often beside the file.
+    /// Returns the two sides of the inequality, with combined lift split `split` more times than in the file.
     fn sides(&self, split: f64) -> [f64; 2] {
         let [cross, damping] = [self.cross + split * self.split[0], self.damping + split * self.split[1]];
         [0.25 * cross * cross, self.force * damping]
     }
 
-    fn resists(&self, split: f64) -> bool {
+    fn dissipates(&self, split: f64) -> bool {
         let [left, right] = self.sides(split);
         left <= (1.0 + ROUNDING) * right
     }
 
-    /// A remark where it drives; a wrong sign of the force or the damping alone is another one.
+    /// Returns a remark if the form feeds energy to the motion; a wrong sign of the force or the damping alone has its
+    /// own remark.
     fn remark(&self) -> Option<String> {
-        if self.resists(0.0) || self.force > 0.0 || self.damping > 0.0 {
+        if self.dissipates(0.0) || self.force > 0.0 || self.damping > 0.0 {
             return None;
         }
         let ([force, by_turn, moment, damping], [left, right]) = (self.keys, self.sides(0.0));
-        let advice = match [1.0, -1.0].map(|split| self.split != [0.0; 2] && self.resists(split)) {
+        let advice = match [1.0, -1.0].map(|split| self.split != [0.0; 2] && self.dissipates(split)) {
             [true, _] => "the numbers would resist with 'lift.convention' \"combined\"",
             [_, true] => "the numbers would resist with 'lift.convention' \"viscous\"",
             _ if self.split == [0.0; 2] => "lift and the Munk moment belong into [lift]",
@@ -56,8 +57,9 @@ impl Form {
 }
 
 impl Vehicle {
-    /// Remarks on lift and damping that drive the hull, lift that is given twice, and added mass that is not symmetric.
-    pub(super) fn driven(&self) -> Vec<String> {
+    /// Returns remarks on lift and damping that feed energy to the motion, on lift given twice, and on asymmetric added
+    /// mass.
+    pub(super) fn remarks_on_lift(&self) -> Vec<String> {
         let c = &self.coefficients;
         let given = |keys: &[&str]| keys.iter().any(|key| self.sources.contains_key(*key));
         let form = |keys, [force, by_turn, moment, damping]: [f64; 4], split| Form {
@@ -78,8 +80,8 @@ impl Vehicle {
             form(["Y_v", "Y_r", "N_v", "N_r"], [c.Y_v, c.Y_r, c.N_v, c.N_r], [0.0; 2]),
         ];
         let driving = forms.iter().filter(|form| given(&form.keys)).filter_map(Form::remark);
-        let apart = (c.Z_q_dot - c.M_w_dot).abs();
-        let unequal = (apart > UNEQUAL * c.Z_q_dot.abs().max(c.M_w_dot.abs())).then(|| {
+        let difference = (c.Z_q_dot - c.M_w_dot).abs();
+        let unequal = (difference > UNEQUAL * c.Z_q_dot.abs().max(c.M_w_dot.abs())).then(|| {
             format!(
                 "'Z_q_dot' is {} kg.m and 'M_w_dot' {} kg.m, which are equal in theory, for the matrix of added mass \
                  is symmetric: check their signs and units",
@@ -87,15 +89,15 @@ impl Vehicle {
                 rounded(c.M_w_dot)
             )
         });
-        driving.chain(twice(c)).chain(unequal).collect()
+        driving.chain(given_twice(c)).chain(unequal).collect()
     }
 }
 
 const LIFT: [&str; 4] = ["Z_uw", "Z_uq", "M_uw", "M_uq"];
 const DAMPING: [&str; 4] = ["Z_w", "Z_q", "M_w", "M_q"];
 
-/// Linear damping that is all of the lift, combined or not, at one speed.
-fn twice(c: &Coefficients) -> Option<String> {
+/// Returns a remark on linear damping that equals the lift, combined or not, at one speed.
+fn given_twice(c: &Coefficients) -> Option<String> {
     let linear = [c.Z_w, c.Z_q, c.M_w, c.M_q];
     let speed = |added: f64| {
         let munk = c.Z_w_dot - c.X_u_dot;
@@ -103,8 +105,8 @@ fn twice(c: &Coefficients) -> Option<String> {
         let pairs = || linear.into_iter().zip(lift).filter(|(linear, _)| *linear != 0.0);
         let (first, lift) = pairs().next()?;
         let speed = first / lift;
-        let alike = |(linear, lift): (f64, f64)| (linear - speed * lift).abs() <= ALIKE * linear.abs();
-        (speed.is_finite() && pairs().count() > 1 && pairs().all(alike)).then_some(speed)
+        let agrees = |(linear, lift): (f64, f64)| (linear - speed * lift).abs() <= ALIKE * linear.abs();
+        (speed.is_finite() && pairs().count() > 1 && pairs().all(agrees)).then_some(speed)
     };
     let speed = speed(0.0).or_else(|| speed(1.0))?;
     let named = |keys: [&str; 4]| {

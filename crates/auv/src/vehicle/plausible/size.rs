@@ -1,20 +1,20 @@
-//! Thrust, drag and lengths that do not go together.
+//! Inconsistent thrust, drag and lengths.
 
 use crate::motion::dynamics::actuator_force;
 use crate::vehicle::Vehicle;
 use crate::words::rounded;
 
-/// More speed than this is unusual \[m/s\].
+/// Speed above which it is unusual \[m/s\].
 const FAST: f64 = 15.0;
-/// The length of a hull, in sides of the cube of water that it displaces: 1.24 for a ball, 5 for a slenderness of 8.
+/// Usual lengths of a hull, in edges of a cube of its displaced volume: 1.24 for a ball, 5 for a slenderness of 8.
 const SLENDER: std::ops::RangeInclusive<f64> = 1.0..=20.0;
-/// Standard gravity, as vehicle files are checked by \[m/s2\].
+/// Standard gravity, as in the check of vehicle files \[m/s2\].
 const GRAVITY: f64 = 9.81;
 
 impl Vehicle {
-    /// Remarks on a hull without drag, thrust that no drag balances at a speed of vehicles, and lengths in another
-    /// unit.
-    pub(super) fn out_of_proportion(&self) -> Vec<String> {
+    /// Returns remarks on a hull without drag, on thrust that exceeds the drag at a high speed, and on lengths in
+    /// another unit.
+    pub(super) fn remarks_on_size(&self) -> Vec<String> {
         let drag = if self.coefficients.surge.is_given() { None } else { self.thrust_and_drag() };
         drag.into_iter().chain(self.lengths()).collect()
     }
@@ -30,11 +30,11 @@ impl Vehicle {
             );
         }
         let thrusters = self.actuators.iter().chain(&self.others).filter(|one| one.unit() == "N");
-        let most = |one| {
+        let most_ahead = |one| {
             let ahead = |output| actuator_force(std::slice::from_ref(one), 0.0, [output])[0];
             f64::max(ahead(one.min), ahead(one.max)).max(0.0)
         };
-        let thrust: f64 = thrusters.map(most).sum();
+        let thrust: f64 = thrusters.map(most_ahead).sum();
         (thrust > drag).then(|| {
             format!(
                 "the thrusters push ahead with up to {} N ('max'), more than the drag of {} N at {FAST} m/s; more than \
@@ -55,7 +55,7 @@ impl Vehicle {
             ("drag.length", (c.wetted_area > 0.0).then_some(c.length)),
             ("hull.stations", span),
         ];
-        let odd = |(key, length): (&str, Option<f64>)| {
+        let unusual = |(key, length): (&str, Option<f64>)| {
             let length = length.filter(|length| !SLENDER.contains(&(length / side)))?;
             Some(format!(
                 "'{key}' is {} m long, {} times the side of the cube of water that the vehicle displaces, {} m; {} to \
@@ -67,6 +67,6 @@ impl Vehicle {
                 SLENDER.end()
             ))
         };
-        all.into_iter().filter_map(odd).collect()
+        all.into_iter().filter_map(unusual).collect()
     }
 }

@@ -1,15 +1,15 @@
-//! What a vehicle file says of sway, roll and yaw, and what stands for the rest.
+//! Coefficients of sway, roll and yaw in a vehicle file, and the defaults of those that are absent.
 
 use super::*;
 use squid_auv::Effect;
 
-fn refused(text: &str) -> String {
+fn rejection(text: &str) -> String {
     Vehicle::parse(text, "v.toml").unwrap_err().to_string()
 }
 
-/// All but what is given is that of an axisymmetric hull; the two forms of lift agree on it.
+/// Absent coefficients are those of an axisymmetric hull; both forms of lift agree on this.
 #[test]
-fn what_is_missing_is_that_of_an_axisymmetric_hull() {
+fn absent_coefficients_are_those_of_an_axisymmetric_hull() {
     let c = remus().coefficients;
     let pairs = [
         (c.I_zz, c.I_yy),
@@ -28,84 +28,83 @@ fn what_is_missing_is_that_of_an_axisymmetric_hull() {
         assert_eq!(lateral, plane);
     }
     assert_eq!((c.N_rr, c.K_pp, c.I_xx), (-94.0, -0.13, 0.177));
-    // Prestero (2001) prints combined coefficients: Y_ur 5.22, N_uv -24, N_ur -2, with the same moment and forces.
+    // Prestero (2001) prints combined coefficients: Y_ur 5.22, N_uv -24, N_ur -2; the rest is unchanged.
     let printed = [
         ("[lift]", r#"Y_ur = { value = 5.22, unit = "kg", source = "Prestero (2001)" }"#),
         ("[lift]", r#"N_uv = { value = -24.0, unit = "kg", source = "Prestero (2001)" }"#),
         ("[lift]", r#"N_ur = { value = -2.0, unit = "kg.m", source = "Prestero (2001)" }"#),
     ];
-    assert_eq!(read(&with(&printed)).coefficients, whole("remus100").coefficients);
+    assert_eq!(read(&with(&printed)).coefficients, six_dof("remus100").coefficients);
 }
 
 #[test]
-fn a_file_says_what_a_turning_vehicle_needs() {
-    let inertia = refused(&without(&["I_xx"]));
+fn reports_missing_coefficients_of_a_turning_vehicle() {
+    let inertia = rejection(&without(&["I_xx"]));
     assert!(
         inertia.contains("missing key 'mass.I_xx': moment of inertia in roll about the origin"),
         "{inertia}"
     );
     assert!(inertia.contains("which 'K_p_dot' needs"), "{inertia}");
-    let zero = refused(&text("remus100").replace("value = 0.177", "value = 0.0"));
+    let zero = rejection(&text("remus100").replace("value = 0.177", "value = 0.0"));
     assert!(zero.contains("'mass.I_xx' is 0; it must be above 0 (kg.m2), which 'K_p_dot' needs"), "{zero}");
     assert!(!zero.contains("missing"), "{zero}");
-    let word = refused(&text("remus100").replace("value = 0.177", "value = \"light\""));
+    let word = rejection(&text("remus100").replace("value = 0.177", "value = \"light\""));
     assert!(word.contains("'mass.I_xx") && word.matches("I_xx").count() == 1, "{word}");
-    let damping = refused(&without(&["K_up", "K_pp"]));
+    let damping = rejection(&without(&["K_up", "K_pp"]));
     assert!(
         damping.contains("missing key 'lift.K_up': roll moment per |u| p, or K_p or K_pp in [damping]"),
         "{damping}"
     );
-    let rudder = refused(&without(&["I_xx", "K_p_dot", "K_up", "K_pp", "N_rr"]));
+    let rudder = rejection(&without(&["I_xx", "K_p_dot", "K_up", "K_pp", "N_rr"]));
     assert!(rudder.contains("which 'rudder' needs"), "{rudder}");
-    let half = refused(&without(&["N_uu_delta"]));
+    let half = rejection(&without(&["N_uu_delta"]));
     assert!(half.contains("missing key 'control_surface.N_uu_delta': yaw moment per u|u| delta"), "{half}");
-    let light = refused(&text("remus100").replace("value = 0.177", "value = 0.01"));
+    let light = rejection(&text("remus100").replace("value = 0.177", "value = 0.01"));
     assert!(
         light.contains("'mass.I_xx' is 0.01 kg.m2, about the origin; it must be above mass z_G^2"),
         "{light}"
     );
-    let added = refused(&text("remus100").replace("value = -0.0704", "value = 0.0704"));
+    let added = rejection(&text("remus100").replace("value = -0.0704", "value = 0.0704"));
     assert!(added.contains("K_p_dot"), "{added}");
     let plane = without(&["Z_uu_delta", "M_uu_delta"])
         .replace("[[thruster]]", "[surge]\nspeed = \"given\"\n[[thrust]]");
-    assert!(refused(&plane).contains("missing key 'control_surface.Z_uu_delta'"), "{}", refused(&plane));
+    assert!(rejection(&plane).contains("missing key 'control_surface.Z_uu_delta'"), "{}", rejection(&plane));
 }
 
 #[test]
-fn a_vehicle_that_turns_comes_back_from_json() {
+fn turning_vehicle_round_trips_json() {
     let vehicle = remus();
     let json = vehicle.to_json().unwrap();
     let read = Vehicle::from_json(&json, "vehicle.json").unwrap();
     assert_eq!((&read.coefficients, &read.actuators), (&vehicle.coefficients, &vehicle.actuators));
-    // What is left out has its default there, too.
-    let short: String =
+    // Absent coefficients have their defaults there, too.
+    let shortened: String =
         json.lines().filter(|line| !line.contains("\"N_uv\"")).map(|l| format!("{l}\n")).collect();
-    assert_eq!(Vehicle::from_json(&short, "vehicle.json").unwrap().coefficients, vehicle.coefficients);
+    assert_eq!(Vehicle::from_json(&shortened, "vehicle.json").unwrap().coefficients, vehicle.coefficients);
     let planar = crate::common::remus100().to_json().unwrap();
     assert!(!planar.contains("I_xx") && !planar.contains("Y_uu_delta") && !planar.contains("azimuth"));
 }
 
 #[test]
-fn unlikely_numbers_are_remarked_on() {
+fn remarks_on_improbable_numbers() {
     assert_eq!(remus().doubts(), Vec::<String>::new());
-    let with_motion = read(&text("remus100").replace("value = -0.722", "value = 0.722")).doubts();
+    let remarks = read(&text("remus100").replace("value = -0.722", "value = 0.722")).doubts();
     let expected = "the roll moment K_up |u| p acts in the direction of p: without the terms of added mass K_up is \
                     0.722, where the damping by fins is negative";
-    assert_eq!(with_motion, [expected]);
-    let mut broad = remus();
-    broad.coefficients.I_xx = 5.0;
+    assert_eq!(remarks, [expected]);
+    let mut wide = remus();
+    wide.coefficients.I_xx = 5.0;
     assert!(
-        broad.doubts()[0].starts_with("'I_xx' is 5 kg.m2, more than 'I_yy' and 'I_zz'"),
+        wide.doubts()[0].starts_with("'I_xx' is 5 kg.m2, more than 'I_yy' and 'I_zz'"),
         "{:?}",
-        broad.doubts()
+        wide.doubts()
     );
 }
 
-/// The two upper thrusters of Squid push against one another, and what they do in the vertical plane is not small but
-/// nothing at all.
+/// The two upper thrusters of Squid work against one another, and their effect in the vertical plane is exactly zero.
 #[test]
-fn the_upper_thrusters_of_squid_yaw_it_and_leave_the_plane_alone() {
-    let vehicle = whole("squid");
+fn upper_thrusters_of_squid_only_yaw_it() {
+    let vehicle = six_dof("squid");
     let yaw = vehicle.actuators.last().unwrap();
     assert_eq!((yaw.name.as_str(), yaw.acts_in_plane(), yaw.force(2.0, 7.3)), ("yaw", false, [0.0; 3]));
     let [sway, roll, moment] = yaw.lateral_force(2.0, 7.3);
@@ -116,24 +115,24 @@ fn the_upper_thrusters_of_squid_yaw_it_and_leave_the_plane_alone() {
     assert_eq!(plane, ["lower", "upper_port", "upper_starboard"]);
 }
 
-/// Without its numbers out of it, a vehicle in the vertical plane is the vehicle that never had them.
+/// A vehicle reduced to the vertical plane equals one whose file never had the lateral coefficients.
 #[test]
-fn a_vehicle_in_the_plane_has_nothing_out_of_it() {
+fn vehicle_in_the_plane_has_no_lateral_coefficients() {
     let torque = r#"torque = { value = -0.14, unit = "m", source = "a test" }"#;
     let lateral = ["I_xx", "K_p_dot", "K_up", "K_pp", "N_rr"];
     let text = without(&lateral);
     let (planar, _) = text.split_once("# A positive deflection pushes to starboard").unwrap();
-    let never = read(planar);
+    let without_lateral = read(planar);
     let mut plane = read(&with(&[("[[thruster]]", torque)])).in_plane();
     plane.published_linear_model = None;
-    assert_eq!(plane, never);
+    assert_eq!(plane, without_lateral);
     assert_eq!(plane.in_plane(), plane);
     assert_eq!(crate::common::squid().in_plane(), crate::common::squid());
     assert!(plane.supposed().is_empty() && remus().supposed().iter().any(|one| one.0 == "N_uv"));
-    // A thruster that is turned aside pushes ahead with a part of its thrust.
+    // A thruster with an azimuth keeps the ahead component of its thrust.
     plane.actuators[0].effect =
         Effect::Thruster { x: 0.3, y: 0.2, z: 0.1, direction: 0.2, azimuth: 0.5, torque: 0.1 };
-    let aside = plane.in_plane().actuators[0].clone();
-    assert_eq!(aside.force(0.0, 2.0), plane.actuators[0].force(0.0, 2.0));
-    assert_eq!(aside.lateral_force(0.0, 2.0), [0.0; 3]);
+    let turned_thruster = plane.in_plane().actuators[0].clone();
+    assert_eq!(turned_thruster.force(0.0, 2.0), plane.actuators[0].force(0.0, 2.0));
+    assert_eq!(turned_thruster.lateral_force(0.0, 2.0), [0.0; 3]);
 }

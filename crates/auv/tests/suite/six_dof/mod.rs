@@ -1,4 +1,4 @@
-//! Six degrees of freedom: sway, roll and yaw beside the vertical plane.
+//! Six degrees of freedom: sway, roll and yaw in addition to the vertical plane.
 
 mod file;
 mod model;
@@ -6,10 +6,10 @@ mod turns;
 mod upright;
 mod waves;
 
-use crate::common::{text, whole};
+use crate::common::{six_dof, text};
 use squid_auv::{Dynamics, Motion, Vehicle, actuator_force, lateral_actuator_force};
 
-/// The text of the file of the REMUS 100 with more lines below the headers of its sections.
+/// Returns the text of the file of REMUS 100 with lines added below the headers of its sections.
 fn with(lines: &[(&str, &str)]) -> String {
     lines.iter().fold(text("remus100"), |text, (section, line)| {
         assert!(text.contains(section), "{section}");
@@ -17,29 +17,30 @@ fn with(lines: &[(&str, &str)]) -> String {
     })
 }
 
-/// The text of that file without the lines that begin with `key = `.
+/// Returns the text of that file without the lines that begin with `key = `.
 fn without(keys: &[&str]) -> String {
-    let is_kept = |line: &&str| !keys.iter().any(|key| line.starts_with(&format!("{key} = ")));
-    text("remus100").lines().filter(is_kept).map(|line| format!("{line}\n")).collect()
+    let is_other_line = |line: &&str| !keys.iter().any(|key| line.starts_with(&format!("{key} = ")));
+    text("remus100").lines().filter(is_other_line).map(|line| format!("{line}\n")).collect()
 }
 
 fn read(text: &str) -> Vehicle {
     Vehicle::parse(text, "vehicle.toml").unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The REMUS 100 as Prestero has it, without damping of roll in proportion to the speed.
+/// Returns REMUS 100 as published by Prestero, without roll damping proportional to the speed.
 fn remus() -> Vehicle {
-    let mut vehicle = whole("remus100");
+    let mut vehicle = six_dof("remus100");
     vehicle.coefficients.K_up = 0.0;
     vehicle
 }
 
-/// \[u' v' w' p' q' r'\] under the outputs of the actuators \[N or rad\], at the depth of which the buoyancy is given.
+/// Returns \[u' v' w' p' q' r'\] under the outputs of the actuators \[N or rad\], at the reference depth of the
+/// buoyancy.
 fn acceleration(vehicle: &Vehicle, motion: &Motion, outputs: &[f64]) -> [f64; 6] {
     acceleration_at(vehicle.coefficients.reference_depth, vehicle, motion, outputs)
 }
 
-/// The same at a depth \[m\].
+/// Returns the same at a depth \[m\].
 fn acceleration_at(depth: f64, vehicle: &Vehicle, motion: &Motion, outputs: &[f64]) -> [f64; 6] {
     let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
     let outputs = || outputs.iter().copied();
@@ -50,7 +51,7 @@ fn acceleration_at(depth: f64, vehicle: &Vehicle, motion: &Motion, outputs: &[f6
     [du, dv, dw, dp, dq, dr]
 }
 
-/// The state \[u v w p q r phi theta psi depth\] a step of the Runge-Kutta method of order 4 later.
+/// Returns the state \[u v w p q r phi theta psi depth\] after a step of the Runge-Kutta method of order 4.
 fn step(vehicle: &Vehicle, x: [f64; 10], outputs: [f64; 3], h: f64) -> [f64; 10] {
     let rate = |x: [f64; 10]| {
         let [u, v, w, p, q, r, phi, theta, ..] = x;
@@ -59,10 +60,10 @@ fn step(vehicle: &Vehicle, x: [f64; 10], outputs: [f64; 3], h: f64) -> [f64; 10]
         let [roll, pitch, heading] = motion.turning();
         [du, dv, dw, dp, dq, dr, roll, pitch, heading, motion.sinking()]
     };
-    let ahead = |k: [f64; 10], h: f64| std::array::from_fn(|i| x[i] + h * k[i]);
+    let advanced = |k: [f64; 10], h: f64| std::array::from_fn(|i| x[i] + h * k[i]);
     let k1 = rate(x);
-    let k2 = rate(ahead(k1, 0.5 * h));
-    let k3 = rate(ahead(k2, 0.5 * h));
-    let k4 = rate(ahead(k3, h));
+    let k2 = rate(advanced(k1, 0.5 * h));
+    let k3 = rate(advanced(k2, 0.5 * h));
+    let k4 = rate(advanced(k3, h));
     std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]))
 }

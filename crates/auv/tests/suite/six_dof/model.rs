@@ -1,13 +1,13 @@
-//! The equations of motion: another implementation, symmetries, energy.
+//! Equations of motion: another implementation, symmetries, energy.
 
 use super::*;
 use proptest::prelude::*;
 use squid_auv::{COEFFICIENTS, Coefficients, Dual64, Effect, Hull, Scalar, Subsystem};
 use std::sync::LazyLock;
 
-/// Another implementation of the same equations, with the full mass matrix.
+/// Reference values: another implementation of the same equations, with the full mass matrix.
 #[test]
-fn acceleration_is_that_of_another_implementation() {
+fn acceleration_matches_another_implementation() {
     let motion = Motion { u: 1.5, v: 0.2, w: -0.1, p: 0.3, q: -0.2, r: 0.4, phi: 0.1, theta: -0.05 };
     let found = acceleration(&remus(), &motion, &[4.0, 0.05, -0.08]);
     let expected = [0.09687616, -1.34691217, -0.07600131, -4.14029523, 0.60840192, -2.94320342];
@@ -16,9 +16,9 @@ fn acceleration_is_that_of_another_implementation() {
     }
 }
 
-/// A coefficient moves the vehicle in the part of the motion that its row of the table names, and in no other.
+/// A coefficient affects only the part of the motion named in its row of the table.
 #[test]
-fn a_coefficient_acts_where_its_row_says() {
+fn coefficients_act_on_their_subsystem() {
     let mut vehicle = remus();
     vehicle.coefficients.hull = Hull::new(&[[-0.6, 0.1], [0.7, 0.19]]).unwrap();
     let c = &mut vehicle.coefficients;
@@ -31,10 +31,10 @@ fn a_coefficient_acts_where_its_row_says() {
     for spec in COEFFICIENTS {
         let mut other = vehicle.clone();
         (spec.set)(&mut other.coefficients, 1.01 * (spec.get)(&vehicle.coefficients));
-        let moves = |motion: &Motion, places: [usize; 3]| {
+        let moves = |motion: &Motion, indices: [usize; 3]| {
             let [before, after] =
                 [&vehicle, &other].map(|one| acceleration_at(7.0, one, motion, &[4.0, 0.05, -0.08]));
-            places.into_iter().any(|index| before[index] != after[index])
+            indices.into_iter().any(|index| before[index] != after[index])
         };
         let found = (moves(&in_plane, [0, 2, 4]), moves(&all, [1, 3, 5]));
         let expected = match spec.subsystem {
@@ -46,9 +46,9 @@ fn a_coefficient_acts_where_its_row_says() {
     }
 }
 
-/// Without gravity and with the rudder of the stern planes turned by 90 deg: a vehicle that is the same all round.
+/// Returns an axisymmetric vehicle: without gravity, and with a rudder like the stern planes turned by 90 deg.
 fn axisymmetric() -> Vehicle {
-    let mut vehicle = whole("remus100");
+    let mut vehicle = six_dof("remus100");
     let c = &mut vehicle.coefficients;
     (c.z_G, c.weight, c.N_rr) = (0.0, c.buoyancy, c.M_qq);
     vehicle
@@ -65,9 +65,9 @@ prop_compose! {
 }
 
 proptest! {
-    /// What happens to port happens to starboard, to the last bit.
+    /// Port and starboard are symmetric, to the last bit.
     #[test]
-    fn port_is_starboard_in_a_mirror(motion in motion(), stern in -0.2..0.2, rudder in -0.2..0.2) {
+    fn port_and_starboard_are_symmetric(motion in motion(), stern in -0.2..0.2, rudder in -0.2..0.2) {
         let vehicle = remus();
         let Motion { v, p, r, phi, .. } = motion;
         let mirrored = Motion { v: -v, p: -p, r: -r, phi: -phi, ..motion };
@@ -75,37 +75,37 @@ proptest! {
         prop_assert_eq!(acceleration(&vehicle, &mirrored, &[3.0, stern, -rudder]), [du, -dv, dw, -dp, dq, -dr]);
     }
 
-    /// A hull that is the same all round moves across as it moves down: turned by 90 deg about its axis, y is z.
+    /// An axisymmetric hull behaves in sway as in heave: a turn of 90 deg about its axis maps y to z.
     #[test]
-    fn an_axisymmetric_hull_moves_across_as_down(motion in motion(), stern in -0.2..0.2, rudder in -0.2..0.2) {
+    fn axisymmetric_hull_sways_as_it_heaves(motion in motion(), stern in -0.2..0.2, rudder in -0.2..0.2) {
         let vehicle = axisymmetric();
         let Motion { v, w, q, r, .. } = motion;
-        let turned = Motion { v: w, w: -v, q: r, r: -q, ..motion };
+        let rotated = Motion { v: w, w: -v, q: r, r: -q, ..motion };
         let [du, dv, dw, dp, dq, dr] = acceleration(&vehicle, &motion, &[3.0, stern, rudder]);
         // Stern planes push up as the rudder pushes to port.
-        let found = acceleration(&vehicle, &turned, &[3.0, rudder, -stern]);
+        let found = acceleration(&vehicle, &rotated, &[3.0, rudder, -stern]);
         for (found, expected) in found.iter().zip([du, dw, -dv, dp, dr, -dq]) {
             prop_assert!((found - expected).abs() < 1e-12 * (1.0 + expected.abs()), "{} {}", found, expected);
         }
     }
 
-    /// In the vertical plane nothing moves out of it, and the rest moves as if there were nothing out of it.
+    /// Motion in the vertical plane stays in it, and is independent of the lateral coefficients.
     #[test]
-    fn the_vertical_plane_is_left_alone(motion in motion(), stern in -0.2..0.2) {
+    fn motion_stays_in_the_vertical_plane(motion in motion(), stern in -0.2..0.2) {
         let Motion { u, w, q, theta, .. } = motion;
         let motion = Motion::in_plane(u, w, q, theta);
         let [du, dv, dw, dp, dq, dr] = acceleration(&remus(), &motion, &[3.0, stern, 0.0]);
         prop_assert_eq!([dv, dp, dr], [0.0; 3]);
         let planar = crate::common::remus100();
         let force = actuator_force(&planar.actuators, u, [3.0, stern]);
-        let alone = Dynamics::new(&planar.coefficients).unwrap().acceleration(&motion, 0.0, force);
-        prop_assert_eq!(alone, [du, dw, dq]);
+        let planar_rates = Dynamics::new(&planar.coefficients).unwrap().acceleration(&motion, 0.0, force);
+        prop_assert_eq!(planar_rates, [du, dw, dq]);
         prop_assert_eq!(motion.turning(), [0.0, q, 0.0]);
     }
 
-    /// The force of a thruster turned about z and of a group of one, by cross products.
+    /// Forces of a thruster with an azimuth, by cross products.
     #[test]
-    fn thrusters_act_by_their_place_and_direction(
+    fn thruster_forces_match_cross_products(
         [x, y, z] in [-1.0..1.0, -1.0..1.0, -1.0..1.0], direction in -3.0..3.0, azimuth in -3.0..3.0,
         torque in -0.2..0.2,
     ) {
@@ -123,8 +123,8 @@ proptest! {
     }
 }
 
-/// Kinetic energy with that of the water, and what weight and buoyancy store, at a state \[u v w p q r phi theta psi
-/// depth\].
+/// Returns the kinetic energy, that of the water included, plus the potential energy of weight and buoyancy, at a state
+/// \[u v w p q r phi theta psi depth\].
 fn energy<D: Scalar>(c: &Coefficients<D>, [u, v, w, p, q, r, phi, theta, _, depth]: [D; 10]) -> D {
     let (plane, lateral) = (c.mass_matrix(), c.lateral_mass_matrix());
     let (x, y) = (nalgebra::Vector3::new(u, w, q), nalgebra::Vector3::new(v, p, r));
@@ -134,21 +134,21 @@ fn energy<D: Scalar>(c: &Coefficients<D>, [u, v, w, p, q, r, phi, theta, _, dept
 }
 
 prop_compose! {
-    /// A velocity of any size from 0.1 mm/s, or a rate from 0.1 mrad/s, to 3 either way.
+    /// Velocity of any size from 0.1 mm/s, or rate from 0.1 mrad/s, to 3 in either direction.
     fn any_size()(size in -4.0..0.5_f64, ahead in prop::bool::ANY) -> f64 {
         if ahead { 10_f64.powf(size) } else { -10_f64.powf(size) }
     }
 }
 
 static SHIPPED: LazyLock<[Vehicle; 6]> =
-    LazyLock::new(|| ["squid", "remus100", "lauv", "tethys", "sparus2", "bluerov2_heavy"].map(whole));
+    LazyLock::new(|| ["squid", "remus100", "lauv", "tethys", "sparus2", "bluerov2_heavy"].map(six_dof));
 
 proptest! {
-    /// With everything off the energy of a vehicle never grows: ahead, astern and across, at any attitude, in six
-    /// degrees of freedom and in the vertical plane. It counts the work of every force, by the accelerations; fins that
-    /// are not deflected are part of the hull.
+    /// The energy of a vehicle without thrust never grows: ahead, astern and across, at any attitude, in six degrees of
+    /// freedom and in the vertical plane. The power counts every force through the accelerations; undeflected fins are
+    /// part of the hull.
     #[test]
-    fn the_water_resists(
+    fn energy_never_grows_without_thrust(
         [u, v, w, p, q, r] in prop::array::uniform6(any_size()),
         [phi, theta] in prop::array::uniform2(-3.1..3.1f64),
     ) {
@@ -163,7 +163,7 @@ proptest! {
     }
 }
 
-/// How fast the energy of a vehicle grows \[W\], and the sum of the sizes of what it gains and loses.
+/// Returns the rate of the energy of a vehicle \[W\], and the sum of the absolute gains and losses.
 fn power(vehicle: &Vehicle, motion: &Motion, outputs: &[f64]) -> (f64, f64) {
     let Motion { u, v, w, p, q, r, phi, theta } = *motion;
     let [roll, pitch, heading] = motion.turning();
@@ -172,16 +172,16 @@ fn power(vehicle: &Vehicle, motion: &Motion, outputs: &[f64]) -> (f64, f64) {
     let rates = [du, dv, dw, dp, dq, dr, roll, pitch, heading, motion.sinking()];
     let constant = vehicle.coefficients.map(|_, value| Dual64::from(value));
     let by = |i: usize| {
-        let moved = std::array::from_fn(|j| Dual64::new(state[j], if i == j { rates[j] } else { 0.0 }));
-        energy(&constant, moved).eps
+        let dual_state = std::array::from_fn(|j| Dual64::new(state[j], if i == j { rates[j] } else { 0.0 }));
+        energy(&constant, dual_state).eps
     };
     let all: [f64; 10] = std::array::from_fn(by);
     (all.iter().sum(), all.iter().map(|one| one.abs()).sum())
 }
 
-/// Without damping, lift and thrust the energy of a tumbling vehicle stays, but for what the integrator loses.
+/// The energy of a tumbling vehicle without damping, lift and thrust is constant, apart from the integration error.
 #[test]
-fn energy_stays_without_damping() {
+fn energy_is_conserved_without_damping() {
     let mut vehicle = remus();
     let acts = |spec: &&squid_auv::CoefficientSpec| {
         ["lift", "damping"].contains(&spec.section) || spec.key == "X_uu"
@@ -189,18 +189,18 @@ fn energy_stays_without_damping() {
     for spec in squid_auv::COEFFICIENTS.iter().filter(acts) {
         (spec.set)(&mut vehicle.coefficients, 0.0);
     }
-    let lost = |steps: usize| {
+    let energy_error = |steps: usize| {
         let start = [1.5, 0.2, -0.1, 0.3, -0.2, 0.4, 0.1, -0.05, 0.0, 10.0];
-        let flown = (0..steps).fold(start, |x, _| step(&vehicle, x, [0.0; 3], 20.0 / steps as f64));
-        assert!(flown.iter().zip(start).all(|(x, start)| (x - start).abs() > 1e-2), "{flown:?}");
-        (energy(&vehicle.coefficients, flown) - energy(&vehicle.coefficients, start)).abs()
+        let end = (0..steps).fold(start, |x, _| step(&vehicle, x, [0.0; 3], 20.0 / steps as f64));
+        assert!(end.iter().zip(start).all(|(x, start)| (x - start).abs() > 1e-2), "{end:?}");
+        (energy(&vehicle.coefficients, end) - energy(&vehicle.coefficients, start)).abs()
     };
-    let (coarse, fine) = (lost(4000), lost(8000));
+    let (coarse, fine) = (energy_error(4000), energy_error(8000));
     assert!(coarse < 1e-4 && fine < coarse / 12.0, "{coarse} J, {fine} J");
 }
 
-/// M nu' of the equations and of the nonlinear table of T. Prestero (MSc thesis, MIT/WHOI, 2001), chapter 4 and
-/// appendix, with the misprint of Z_ww corrected and without the propeller's torque; `cross` is M_rp, and -N_pq.
+/// Returns M nu' from the nonlinear table of T. Prestero (MSc thesis, MIT/WHOI, 2001), chapter 4 and appendix, with the
+/// misprint of Z_ww corrected and without propeller torque; `cross` is M_rp, and -N_pq.
 fn prestero(m: &Motion, [thrust, stern, rudder]: [f64; 3], cross: f64) -> [f64; 6] {
     let (weight, buoyancy, z_g, i_xx, i_yy, i_zz) = (299.0, 308.0, 0.0196, 0.177, 3.45, 3.45);
     let mass = weight / 9.81;
@@ -246,11 +246,11 @@ fn prestero(m: &Motion, [thrust, stern, rudder]: [f64; 3], cross: f64) -> [f64; 
 }
 
 proptest! {
-    /// All terms of the table follow from the fewer coefficients of the vehicle file, but for M_rp = -N_pq: printed as
-    /// 4.86, while K_p' - N_r' of the same table is 4.8096, without which energy does not stay.
+    /// All terms of the table follow from the fewer coefficients of the vehicle file, except M_rp = -N_pq: printed as
+    /// 4.86, while K_p' - N_r' of the same table is 4.8096, which conservation of energy requires.
     #[test]
-    fn it_moves_as_in_the_table_of_prestero(motion in motion(), stern in -0.2..0.2, rudder in -0.2..0.2) {
-        // Astern our fins push the other way, and u^2 of the thesis does not.
+    fn forces_match_the_table_of_prestero(motion in motion(), stern in -0.2..0.2, rudder in -0.2..0.2) {
+        // Astern our fin forces reverse; the u^2 of the thesis does not.
         let motion = Motion { u: motion.u.abs(), ..motion };
         let vehicle = remus();
         let outputs = [3.0, stern, rudder];
@@ -263,15 +263,15 @@ proptest! {
             prop_assert!((found - expected).abs() < 1e-11 * (1.0 + expected.abs()), "{} {}", found, expected);
         }
         let printed = prestero(&motion, outputs, 4.86);
-        let apart = [0.0, 0.0, 0.0, 0.0, 0.0504 * motion.r * motion.p, -0.0504 * motion.p * motion.q];
-        for ((found, printed), apart) in found.iter().zip(printed).zip(apart) {
-            prop_assert!((printed - found - apart).abs() < 1e-11 * (1.0 + found.abs()), "{} {}", found, printed);
+        let difference = [0.0, 0.0, 0.0, 0.0, 0.0504 * motion.r * motion.p, -0.0504 * motion.p * motion.q];
+        for ((found, printed), difference) in found.iter().zip(printed).zip(difference) {
+            prop_assert!((printed - found - difference).abs() < 1e-11 * (1.0 + found.abs()), "{} {}", found, printed);
         }
     }
 }
 
-/// The LAUV of DUNE (github.com/LSTS/dune, vsim-models.ini), about its centre of buoyancy, with the mass of 18 kg of
-/// which its inertia of 19 and 34 kg with the water is; its file also says 24 kg.
+/// Returns the LAUV of DUNE (github.com/LSTS/dune, vsim-models.ini), about its centre of buoyancy, with the mass of 18
+/// kg that corresponds to its inertia of 19 and 34 kg with the water; its file also gives 24 kg.
 fn lauv_of_dune() -> Coefficients {
     let weight = 18.0 * 9.82;
     #[rustfmt::skip]
@@ -287,8 +287,8 @@ fn lauv_of_dune() -> Coefficients {
     c
 }
 
-/// The forces of that simulator on a body without fins and propeller: damping along each axis and across, weight and
-/// buoyancy (without their part along x, which it leaves out), those of a rotating frame, and lift.
+/// Returns the forces of that simulator on a body without fins and propeller: damping along each axis and across,
+/// weight and buoyancy (without their x component, which it omits), those of a rotating frame, and lift.
 fn forces_of_dune(m: &Motion) -> [f64; 6] {
     let Motion { u, v, w, p, q, r, phi, theta } = *m;
     let damped = |linear: f64, quadratic: f64, x: f64| (linear + quadratic * x.abs()) * x;
@@ -319,8 +319,8 @@ fn forces_of_dune(m: &Motion) -> [f64; 6] {
 proptest! {
     /// Weight and buoyancy differ by 1 N.
     #[test]
-    fn its_forces_are_those_of_dune(motion in motion()) {
-        // Astern the lift of the simulator, in proportion to u, drives.
+    fn forces_match_dune(motion in motion()) {
+        // Astern the lift of the simulator, proportional to u, feeds energy to the motion.
         let motion = Motion { u: motion.u.abs(), ..motion };
         let c = lauv_of_dune();
         let dynamics = Dynamics::new(&c).unwrap();

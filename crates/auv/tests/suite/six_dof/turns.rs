@@ -10,9 +10,9 @@ fn steady(vehicle: &Vehicle, speed: f64, rate_deg: f64) -> Turn {
     turn(vehicle, speed, rate_deg.to_radians(), DEPTH, &Pitch::Free).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Another implementation of the same equations.
+/// Reference values: another implementation of the same equations.
 #[test]
-fn level_turns_are_those_of_another_implementation() {
+fn level_turns_match_another_implementation() {
     let found = steady(&remus(), 1.54, 10.0);
     let m = found.motion;
     let deg = f64::to_degrees;
@@ -29,14 +29,14 @@ fn level_turns_are_those_of_another_implementation() {
     ] {
         assert!((found - expected).abs() < tolerance, "{name}: {found} instead of {expected}");
     }
-    // At half the rate the rudder is on the other side: the hull is directionally unstable.
+    // The rudder at half the rate has the opposite sign: the hull is directionally unstable.
     let slow = steady(&remus(), 1.54, 5.0);
     assert!((deg(slow.actuators[2]) - 1.144472).abs() < 1e-6, "{slow:?}");
     assert!((slow.actuators[0] - 4.360372).abs() < 1e-6, "{slow:?}");
 }
 
 #[test]
-fn turns_are_alike_to_both_sides_and_end_in_the_trim() {
+fn turns_are_symmetric_and_start_from_trim() {
     let vehicle = remus();
     let (port, starboard) = (steady(&vehicle, 1.7, -8.0), steady(&vehicle, 1.7, 8.0));
     let Motion { v, p, r, phi, .. } = port.motion;
@@ -53,25 +53,26 @@ fn turns_are_alike_to_both_sides_and_end_in_the_trim() {
     }
 }
 
-/// The torque of the propeller is balanced by the weight below the buoyancy: `z_G W cos(theta) sin(phi) = k_Q T`.
+/// The propeller torque is balanced by the weight below the buoyancy: `z_G W cos(theta) sin(phi) = k_Q T`.
 #[test]
-fn the_torque_of_a_propeller_rolls() {
+fn propeller_torque_rolls_the_vehicle() {
     let torque = -0.543 / 3.86;
     let line = format!(r#"torque = {{ value = {torque}, unit = "m", source = "Prestero (2001)" }}"#);
     let vehicle = read(&with(&[("[[thruster]]", &line)]));
     let straight = steady(&vehicle, 1.54, 0.0);
     let moment = torque * straight.actuators[0];
     let by_hand = (moment / (0.0196 * 299.0 * straight.motion.theta.cos())).asin();
-    // A little of it is carried by the hull, which sways.
+    // The hull, which sways, carries a small part of it.
     assert!((straight.motion.phi - by_hand).abs() < 2e-4, "{straight:?} {by_hand}");
     // Another implementation: -5.3164 deg under 0.543 N m.
     let at_its_torque = straight.motion.phi.to_degrees() * 0.543 / moment.abs();
     assert!((at_its_torque + 5.3164).abs() < 0.02, "{straight:?}");
 }
 
-/// From straight flight at 1.54 m/s, under a rudder of 4 deg for 120 s; another implementation of the same equations.
+/// Reference values: another implementation of the same equations, from straight flight at 1.54 m/s, under a rudder of
+/// 4 deg for 120 s.
 #[test]
-fn a_free_turn_is_that_of_another_implementation() {
+fn free_turn_matches_another_implementation() {
     let vehicle = remus();
     let straight = steady(&vehicle, 1.54, 0.0);
     let Motion { u, w, theta, .. } = straight.motion;
@@ -85,24 +86,28 @@ fn a_free_turn_is_that_of_another_implementation() {
     assert!((depth - 10.0 - 7.8).abs() < 0.1, "{depth}");
     let radius = u.hypot(v).hypot(w) / r.abs();
     assert!((radius - 8.703).abs() < 2e-3, "{radius}");
-    // The speed over ground is that through the water, whatever the heading.
+    // The speed over ground equals that through the water, at any heading.
     let [north, east, down] = motion.velocity(0.7);
     assert!((north.hypot(east).hypot(down) - u.hypot(v).hypot(w)).abs() < 1e-12 && down == motion.sinking());
-    let back = motion.along_body(0.7, [north, east, down]);
-    assert!(back.iter().zip([u, v, w]).all(|(found, wanted)| (found - wanted).abs() < 1e-12), "{back:?}");
+    let body_velocity = motion.along_body(0.7, [north, east, down]);
+    assert!(
+        body_velocity.iter().zip([u, v, w]).all(|(found, expected)| (found - expected).abs() < 1e-12),
+        "{body_velocity:?}"
+    );
     // The plant flies the same turn.
     let mut vehicle = vehicle;
     vehicle.actuators.iter_mut().for_each(|actuator| actuator.lag = 0.0);
-    let flown = flown(&vehicle, &[outputs[2]], Current::default(), 120.0);
-    let m = flown.motion;
-    for (found, wanted) in [(m.u, u), (m.v, v), (m.w, w), (m.p, p), (m.q, q), (m.r, r), (m.phi, phi)] {
-        assert!((found - wanted).abs() < 1e-6, "{m:?} {motion:?}");
+    let flight = fly(&vehicle, &[outputs[2]], Current::default(), 120.0);
+    let m = flight.motion;
+    for (found, expected) in [(m.u, u), (m.v, v), (m.w, w), (m.p, p), (m.q, q), (m.r, r), (m.phi, phi)] {
+        assert!((found - expected).abs() < 1e-6, "{m:?} {motion:?}");
     }
-    assert!((flown.depth - (depth - 10.0)).abs() < 1e-5 && flown.heading < -15.0, "{flown:?}");
+    assert!((flight.depth - (depth - 10.0)).abs() < 1e-5 && flight.heading < -15.0, "{flight:?}");
 }
 
-/// A flight from level trim at 1.54 m/s in a current, with the rudder at each of these angles for as long \[rad, s\].
-fn flown(vehicle: &Vehicle, rudder: &[f64], current: Current, duration: f64) -> State {
+/// Simulates a flight from level trim at 1.54 m/s in a current, with each of these rudder angles for the same duration
+/// \[rad, s\].
+fn fly(vehicle: &Vehicle, rudder: &[f64], current: Current, duration: f64) -> State {
     let level = squid_auv::trim(vehicle, squid_auv::Speed::Path(1.54), DEPTH).unwrap();
     let mut plant = Plant::new(vehicle).unwrap();
     plant.set_current(current).unwrap();
@@ -115,45 +120,45 @@ fn flown(vehicle: &Vehicle, rudder: &[f64], current: Current, duration: f64) -> 
     plant.state()
 }
 
-/// A steady current carries the vehicle along and changes nothing else; to port and starboard it flies alike; without a
-/// rudder it stays in the vertical plane, and flies as the vehicle that cannot leave it.
+/// A steady current only displaces the vehicle; port and starboard are symmetric; without rudder it stays in the
+/// vertical plane, and moves as the vehicle in the plane.
 #[test]
-fn currents_carry_and_both_sides_are_alike() {
+fn currents_displace_and_sides_are_symmetric() {
     let vehicle = remus();
     let turn = [0.07, -0.05];
-    let still = flown(&vehicle, &turn, Current::default(), 10.0);
+    let still = fly(&vehicle, &turn, Current::default(), 10.0);
     let current = Current { horizontal: 0.3, east: -0.4, vertical: 0.05 };
-    let carried = flown(&vehicle, &turn, current, 10.0);
-    let way = |s: &State| [s.x, s.east, s.depth];
-    for ((found, still), speed) in way(&carried).iter().zip(way(&still)).zip([0.3, -0.4, 0.05]) {
-        assert!((found - still - 20.0 * speed).abs() < 1e-9, "{carried:?}");
+    let displaced = fly(&vehicle, &turn, current, 10.0);
+    let position = |s: &State| [s.x, s.east, s.depth];
+    for ((found, still), speed) in position(&displaced).iter().zip(position(&still)).zip([0.3, -0.4, 0.05]) {
+        assert!((found - still - 20.0 * speed).abs() < 1e-9, "{displaced:?}");
     }
-    assert!((carried.heading - still.heading).abs() < 1e-10 && still.heading.abs() > 0.3, "{still:?}");
-    let mirrored = flown(&vehicle, &turn.map(|angle| -angle), Current::default(), 10.0);
+    assert!((displaced.heading - still.heading).abs() < 1e-10 && still.heading.abs() > 0.3, "{still:?}");
+    let mirrored = fly(&vehicle, &turn.map(|angle| -angle), Current::default(), 10.0);
     assert_eq!((mirrored.motion.u, mirrored.depth), (still.motion.u, still.depth));
     assert_eq!(
         (mirrored.motion.r, mirrored.heading, mirrored.east),
         (-still.motion.r, -still.heading, -still.east)
     );
     let mut planar = Plant::new(&vehicle.in_plane()).unwrap();
-    let mut whole = Plant::new(&vehicle).unwrap();
-    for plant in [&mut planar, &mut whole] {
+    let mut six_dof = Plant::new(&vehicle).unwrap();
+    for plant in [&mut planar, &mut six_dof] {
         let vehicle = if plant.actuators().len() == 2 { vehicle.in_plane() } else { vehicle.clone() };
         plant.start(0.0, &squid_auv::trim(&vehicle, squid_auv::Speed::Path(1.54), DEPTH).unwrap()).unwrap();
         plant.set_command(1, 0.1).unwrap();
         (1..=500).for_each(|tick| plant.advance(f64::from(tick) * 0.02).unwrap());
     }
-    let (one, other) = (planar.state(), whole.state());
+    let (one, other) = (planar.state(), six_dof.state());
     assert_eq!((other.motion.v, other.motion.r, other.heading, other.east), (0.0, 0.0, 0.0, 0.0));
     for (a, b) in [(one.motion.u, other.motion.u), (one.motion.theta, other.motion.theta), (one.x, other.x)] {
         assert!((a - b).abs() < 1e-11 && a != 0.0, "{one:?} {other:?}");
     }
 }
 
-/// With level flight held, the rudder turns the vehicle as the linear model of heading says.
+/// The response to the rudder, with level flight held, is that of the linear model of heading.
 #[test]
-fn with_level_flight_held_heading_moves_by_its_linear_model() {
-    let vehicle = whole("remus100");
+fn heading_with_level_flight_held_matches_the_linear_model() {
+    let vehicle = six_dof("remus100");
     let level = squid_auv::trim(&vehicle.in_plane(), squid_auv::Speed::Path(1.54), DEPTH).unwrap();
     let level = squid_auv::Trim { actuators: vec![0.0], ..level };
     let mut yawing = squid_auv::LATERAL.vehicle(&vehicle);
@@ -178,12 +183,12 @@ fn with_level_flight_held_heading_moves_by_its_linear_model() {
     }
 }
 
-/// The states v, p, r and phi among those of a turn.
+/// Returns the block of the states v, p, r and phi of a turn.
 fn lateral(a: &DMatrix<f64>) -> DMatrix<f64> {
     a.view((4, 4), (4, 4)).into_owned()
 }
 
-/// In straight flight the two planes do not couple, and the plane is that of the longitudinal model.
+/// The two planes decouple in straight flight, and the vertical one is the longitudinal model.
 #[test]
 fn planes_decouple_in_straight_flight() {
     let vehicle = remus();
@@ -196,17 +201,17 @@ fn planes_decouple_in_straight_flight() {
         assert_eq!(b.view((4, 0), (4, 2)).amax(), 0.0, "planes and propeller yaw");
         let level = squid_auv::trim(&vehicle, squid_auv::Speed::Path(speed), DEPTH).unwrap();
         let plane = squid_auv::linearise(&vehicle, &level).unwrap();
-        let off = (a.view((0, 0), (4, 4)) - &plane.a).amax().max((b.rows(0, 4) - &plane.b).amax());
-        assert!(off < 1e-9, "{off}");
-        // In a turn they do.
-        let (turning, _) = linearise_turn(&vehicle, &steady(&vehicle, speed, 8.0)).unwrap();
-        assert!(turning.view((0, 4), (4, 4)).amax() > 0.1);
+        let difference = (a.view((0, 0), (4, 4)) - &plane.a).amax().max((b.rows(0, 4) - &plane.b).amax());
+        assert!(difference < 1e-9, "{difference}");
+        // They are coupled in a turn.
+        let (turn_model, _) = linearise_turn(&vehicle, &steady(&vehicle, speed, 8.0)).unwrap();
+        assert!(turn_model.view((0, 4), (4, 4)).amax() > 0.1);
     }
 }
 
-/// Another implementation: directionally unstable, with next to no damping in roll.
+/// Reference values: another implementation; directionally unstable, with very little roll damping.
 #[test]
-fn lateral_poles_are_those_of_another_implementation() {
+fn lateral_poles_match_another_implementation() {
     let vehicle = remus();
     for (speed, unstable, stable) in
         [(1.4, 0.9552, -2.1236), (1.54, 1.0503, -2.3343), (1.8, 1.2267, -2.7255), (2.2, 1.4976, -3.3267)]
@@ -219,57 +224,57 @@ fn lateral_poles_are_those_of_another_implementation() {
         assert!(has(Complex::from(unstable), 1e-4) && has(Complex::from(stable), 1e-4), "{poles}");
         let roll = poles.iter().find(|pole| pole.im > 0.0).unwrap();
         assert!((roll.im - 4.96).abs() < 0.02 && -0.033 < roll.re && roll.re < -0.017, "{poles}");
-        // The rudder that holds a slow turn is opposite to the one that begins it.
+        // The rudder that holds a slow turn is opposite to the one that starts it.
         let gain = -(lateral(&a).try_inverse().unwrap() * b.view((4, 2), (4, 1)))[2];
         assert!(gain > 0.98 && gain < 1.6 && b[(6, 2)] < 0.0, "{gain}");
     }
 }
 
-/// The slow pole of sway and yaw, and r per deflection of the rudder, of models that others have computed: by the files
-/// of this repository, at a speed.
+/// Reference values: the slow pole of sway and yaw, and r per rudder deflection, of models computed by others from the
+/// files of this repository, at a speed.
 #[test]
-fn lateral_models_of_the_vehicles_are_those_of_another_implementation() {
+fn lateral_models_of_the_vehicles_match_another_implementation() {
     let nps =
         std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/vehicles/nps_auv_ii/vehicle.toml");
     let nps = read(&std::fs::read_to_string(nps).unwrap());
     for (vehicle, speed, slow, gain) in [
-        (whole("lauv"), 1.0, -1.2702, -0.973),
-        (whole("lauv"), 1.5, -1.3447, f64::NAN),
-        (whole("lauv"), 2.0, -1.3750, -4.097),
-        (whole("tethys"), 0.6, 0.2945, 0.27),
-        (whole("tethys"), 1.0, 0.4908, f64::NAN),
-        (whole("tethys"), 1.2, 0.5889, 0.53),
+        (six_dof("lauv"), 1.0, -1.2702, -0.973),
+        (six_dof("lauv"), 1.5, -1.3447, f64::NAN),
+        (six_dof("lauv"), 2.0, -1.3750, -4.097),
+        (six_dof("tethys"), 0.6, 0.2945, 0.27),
+        (six_dof("tethys"), 1.0, 0.4908, f64::NAN),
+        (six_dof("tethys"), 1.2, 0.5889, 0.53),
         (nps.clone(), 1.0, -0.1025, -0.219),
         (nps.clone(), 1.5, -0.1544, -0.328),
         (nps, 2.2, -0.2314, -0.481),
-        (whole("squid"), 0.5, -0.1315, f64::NAN),
-        (whole("squid"), 1.0, -0.1526, f64::NAN),
-        (whole("squid"), 2.0, -0.1854, f64::NAN),
-        (whole("squid"), 3.0, -0.2169, f64::NAN),
+        (six_dof("squid"), 0.5, -0.1315, f64::NAN),
+        (six_dof("squid"), 1.0, -0.1526, f64::NAN),
+        (six_dof("squid"), 2.0, -0.1854, f64::NAN),
+        (six_dof("squid"), 3.0, -0.2169, f64::NAN),
     ] {
         let found = Lateral::at(&vehicle, speed, 50.0, &Pitch::Free).unwrap();
         let pole = found.eigenvalues().into_iter().max_by(|a, b| a.re.total_cmp(&b.re)).unwrap();
         let name = &vehicle.name;
-        // Neither pitch in trim nor roll was in all of the other models.
+        // Not all of the other models included pitch in trim and roll.
         assert!(
             (pole.re - slow).abs() < 4e-3 * slow.abs() && pole.im == 0.0,
             "{name} at {speed} m/s: {pole}"
         );
         let rudder = vehicle.actuators.iter().position(|one| one.name == "rudder").unwrap_or(0);
-        let turned = found.gain(rudder).unwrap();
+        let yaw_gain = found.gain(rudder).unwrap();
         assert!(
-            gain.is_nan() || (turned - gain).abs() < 2e-2 * gain.abs(),
-            "{name} at {speed} m/s: {turned}"
+            gain.is_nan() || (yaw_gain - gain).abs() < 2e-2 * gain.abs(),
+            "{name} at {speed} m/s: {yaw_gain}"
         );
         assert_eq!(found.is_stable(), slow < 0.0, "{name}");
     }
 }
 
-/// Two published models of the REMUS 100 contradict each other: by Prestero's it is directionally unstable, by the
-/// steering coefficients after L. Fodrea (MSc thesis, Naval Postgraduate School, 2002) it is stable. Those were not
-/// seen in print: they are recalled, and how they change with the speed is inferred from poles at 1.4 and 2.2 m/s.
+/// Two published models of REMUS 100 contradict each other: with Prestero's it is directionally unstable, with the
+/// steering coefficients after L. Fodrea (MSc thesis, Naval Postgraduate School, 2002) it is stable. The latter were
+/// not seen in print: they are recalled, and their dependence on the speed is inferred from poles at 1.4 and 2.2 m/s.
 #[test]
-fn two_models_of_one_vehicle_contradict_each_other() {
+fn published_models_of_remus_contradict_each_other() {
     let numbers = [
         ("Y_v", -15.7),
         ("N_r", -2.16),
@@ -285,7 +290,7 @@ fn two_models_of_one_vehicle_contradict_each_other() {
     for (key, value) in numbers {
         (squid_auv::COEFFICIENTS.iter().find(|spec| spec.key == key).unwrap().set)(c, value);
     }
-    // In combined form.
+    // Combined form.
     (c.Y_ur, c.N_uv, c.N_ur) = (c.Y_ur - c.X_u_dot, c.N_uv - (c.Y_v_dot - c.X_u_dot), c.N_ur - c.Y_r_dot);
     let rudder = &mut vehicle.actuators[2].effect;
     *rudder = rudder.map(|key, value| match key {
@@ -304,11 +309,11 @@ fn two_models_of_one_vehicle_contradict_each_other() {
     }
 }
 
-/// Squid turns by the group that yaws alone. Its thrusters of the vertical plane, two of which could yaw it, too, are
-/// commanded alike; without the group those two turn it, with the same moment for the same motion.
+/// Squid turns by the thruster group that only yaws it. Its thrusters of the vertical plane, two of which could also
+/// yaw it, get equal commands; without the group those two turn it, with the same moment for the same motion.
 #[test]
-fn thrusters_of_the_plane_are_not_set_against_one_another_for_a_turn() {
-    let vehicle = whole("squid");
+fn thrusters_of_the_plane_do_not_work_against_one_another_in_a_turn() {
+    let vehicle = six_dof("squid");
     let mut without = vehicle.clone();
     without.actuators.truncate(3);
     for (speed, rate) in [(0.5, 10.0), (3.0, -8.0)] {
@@ -322,21 +327,21 @@ fn thrusters_of_the_plane_are_not_set_against_one_another_for_a_turn() {
     }
 }
 
-/// A box turns on the spot at the pitch at which it is held, by the thrusters that yaw it.
+/// A box turns on the spot at its held pitch, by the thrusters that yaw it.
 #[test]
-fn a_held_pitch_is_held_in_a_turn() {
-    let vehicle = whole("bluerov2_heavy");
+fn held_pitch_is_held_in_a_turn() {
+    let vehicle = six_dof("bluerov2_heavy");
     let found = turn(&vehicle, 0.3, 0.2, DEPTH, &Pitch::Held(0.0)).unwrap();
     assert_eq!(found.motion.theta, 0.0);
     assert!(found.actuators[3] > 0.0 && found.motion.r > 0.19, "{found:?}");
-    // One with planes, rudder and propeller cannot hold its pitch in a turn, and turns at another.
-    let found = Lateral::at(&whole("tethys"), 1.0, DEPTH, &Pitch::Held(0.0)).unwrap();
+    // A vehicle with planes, rudder and propeller cannot hold its pitch in a turn, and turns at another.
+    let found = Lateral::at(&six_dof("tethys"), 1.0, DEPTH, &Pitch::Held(0.0)).unwrap();
     assert_eq!(found.straight.motion.theta, 0.0);
     assert!(found.turns.len() == Lateral::RATES.len() && found.turns[3].motion.theta != 0.0, "{found:?}");
 }
 
 #[test]
-fn what_cannot_turn_says_so() {
+fn rejects_impossible_turns() {
     let planar = turn(&crate::common::remus100(), 1.5, 0.1, DEPTH, &Pitch::Free).unwrap_err().to_string();
     assert_eq!(
         planar,
@@ -345,11 +350,11 @@ fn what_cannot_turn_says_so() {
     );
     let mut without = remus();
     without.actuators.truncate(2);
-    let refused = turn(&without, 1.5, 0.1, DEPTH, &Pitch::Free).unwrap_err().to_string();
+    let message = turn(&without, 1.5, 0.1, DEPTH, &Pitch::Free).unwrap_err().to_string();
     assert!(
-        refused.starts_with("no steady turn of ") && refused.contains("deg/s at 1.5 m/s and 0 m"),
-        "{refused}"
+        message.starts_with("no steady turn of ") && message.contains("deg/s at 1.5 m/s and 0 m"),
+        "{message}"
     );
-    let refused = turn(&remus(), 1.5, f64::INFINITY, DEPTH, &Pitch::Free).unwrap_err().to_string();
-    assert!(refused.contains("must be a finite number"), "{refused}");
+    let message = turn(&remus(), 1.5, f64::INFINITY, DEPTH, &Pitch::Free).unwrap_err().to_string();
+    assert!(message.contains("must be a finite number"), "{message}");
 }
