@@ -49,7 +49,7 @@ const SLOW_POLE: f64 = 1.0;
 const TOLERANCE: f64 = 0.01;
 
 /// The gain allowed relative to the nominal bound if the full box cannot be proved.
-pub const PRICE: f64 = 1.25;
+pub const GAIN_FACTOR: f64 = 1.25;
 
 /// The number of bisection steps for the fraction of the box.
 const BISECTIONS: usize = 4;
@@ -113,7 +113,7 @@ pub fn constant(
     let (mut best, mut low, mut high) = (None, 0.0, 1.0);
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
-        match attempt(middle, PRICE * nominal)? {
+        match attempt(middle, GAIN_FACTOR * nominal)? {
             Some(found) => (best, low) = (Some(found), middle),
             None => high = middle,
         }

@@ -106,8 +106,8 @@ pub fn robust(
     let figures = RobustFigures {
         gamma: found.allowed,
         proved: proved_gamma,
-        nominal_size: outcome.given_largest.size,
-        robust_size: size,
+        nominal_tolerated_fraction: outcome.given_largest.size,
+        robust_tolerated_fraction: size,
         ladder: ladder(
             uncertain,
             &WithoutUncertainty { controller: &nominal.controller, bound: nominal_bound },

@@ -44,9 +44,9 @@ fn about(figures: &RobustFigures) -> String {
          not exceeded when a smaller or a larger part of the declared uncertainty is allowed.",
         figures.gamma,
         gain_in_words(figures.gamma),
-        percent(figures.robust_size, 1),
+        percent(figures.robust_tolerated_fraction, 1),
         figures.declared(),
-        percent(figures.nominal_size, 1)
+        percent(figures.nominal_tolerated_fraction, 1)
     )
 }
 
@@ -54,7 +54,7 @@ fn proof(figures: &RobustFigures) -> String {
     format!(
         "Proved again for this page, in exact arithmetic (robust_certificate.json): with {} of {} the gain of \
             the robust controller is below {}. {}",
-        percent(figures.robust_size, 1),
+        percent(figures.robust_tolerated_fraction, 1),
         figures.declared(),
         above(figures.proved),
         figures.not_proved()

@@ -4,20 +4,20 @@ use crate::numbers::above;
 use serde::{Deserialize, Serialize};
 
 /// The gain that corresponds to the weights of the design.
-pub const AS_WEIGHTED: f64 = 1.0;
+pub const UNIT_GAIN: f64 = 1.0;
 
 /// The allowed gain relative to the bound of the nominal controller, if that is larger.
-pub const PRICE: f64 = 1.25;
+pub const ROBUST_GAIN_FACTOR: f64 = 1.25;
 
 /// The gain at which both controllers are assessed, for a bound `nominal` of the nominal one.
 pub fn gain_allowed(nominal: f64) -> f64 {
-    (PRICE * nominal).max(AS_WEIGHTED)
+    (ROBUST_GAIN_FACTOR * nominal).max(UNIT_GAIN)
 }
 
 /// A description of [`gain_allowed`].
 pub fn gain_in_words(gamma: f64) -> String {
-    if gamma > AS_WEIGHTED {
-        format!("{PRICE} times the bound of the nominal controller")
+    if gamma > UNIT_GAIN {
+        format!("{ROBUST_GAIN_FACTOR} times the bound of the nominal controller")
     } else {
         "the gain that the weights specify".into()
     }
@@ -31,11 +31,9 @@ pub struct RobustFigures {
     /// The proved bound on the gain of the robust controller at the size that it tolerates.
     pub proved: f64,
     /// The size that the nominal controller tolerates at this gain.
-    #[serde(rename = "nominal_bears")]
-    pub nominal_size: f64,
+    pub nominal_tolerated_fraction: f64,
     /// The size that the robust controller tolerates at this gain.
-    #[serde(rename = "robust_bears")]
-    pub robust_size: f64,
+    pub robust_tolerated_fraction: f64,
     /// Sizes, and at each the bounds of the nominal and of the robust controller, if any.
     pub ladder: Vec<(f64, Option<f64>, Option<f64>)>,
     /// The size of [`Frozen::worst`].
@@ -82,9 +80,9 @@ impl RobustFigures {
             self.gamma,
             gain_in_words(self.gamma),
             self.declared(),
-            100.0 * self.nominal_size,
-            100.0 * self.robust_size,
-            self.robust_size / self.nominal_size,
+            100.0 * self.nominal_tolerated_fraction,
+            100.0 * self.robust_tolerated_fraction,
+            self.robust_tolerated_fraction / self.nominal_tolerated_fraction,
             above(self.proved)
         );
         for (size, nominal, robust) in &self.ladder {

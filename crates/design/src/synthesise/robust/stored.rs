@@ -78,7 +78,7 @@ impl StoredRobust {
         }
         let full = over_range(inputs, model, Fidelity::COARSE)?;
         let (_, uncertain) = reduced(inputs, &full, model, REDUCTION)?;
-        let sized = uncertain.sized(self.figures.robust_size);
+        let sized = uncertain.sized(self.figures.robust_tolerated_fraction);
         same_plant::check_in_box(&self.certificate.plant, &self.certificate.blocks, &sized)?;
         Ok(self.certificate.prove().map(|_| ())?)
     }
@@ -140,8 +140,8 @@ mod tests {
         let k = &design.controller;
         let controller = lft_matrices(k);
 
-        let confirmed = |proved: f64, robust_size: f64| {
-            let figures = RobustFigures { proved, robust_size, ..RobustFigures::default() };
+        let confirmed = |proved: f64, robust_tolerated_fraction: f64| {
+            let figures = RobustFigures { proved, robust_tolerated_fraction, ..RobustFigures::default() };
             let stored = StoredRobust { figures, certificate: certificate.clone() };
             stored.check(&inputs, &model, &controller)
         };
