@@ -1,4 +1,4 @@
-//! The errors of a design, by stage.
+//! Errors of a design, by stage.
 //!
 //! A stage returns its own error if no other can occur, and [`Error`] if it calls other stages.
 
@@ -19,7 +19,7 @@ pub use store::StoreError;
 use thiserror::Error as ThisError;
 pub use uncertain::{ConstantError, RobustError, UncertainError};
 
-/// The error of a design.
+/// Error of any stage of a design.
 #[derive(Debug, ThisError)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
@@ -44,7 +44,7 @@ pub enum Error {
     /// No gain was proved for constant coefficients.
     #[error(transparent)]
     Constant(#[from] ConstantError),
-    /// The gammas under other assumptions about the speed could not be computed.
+    /// The gammas for other assumptions about the rate of the speed could not be computed.
     #[error(transparent)]
     Ladder(#[from] squid_lpv::ladder::LadderError),
     /// mu could not be bounded at a speed.

@@ -1,8 +1,8 @@
-//! Why there is no model of the vehicle or no generalised plant.
+//! Errors of the model of the vehicle and of the generalised plant.
 
 use thiserror::Error;
 
-/// Why there is no model of the vehicle or no generalised plant.
+/// Error of the model of the vehicle or of the generalised plant.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ModelError {

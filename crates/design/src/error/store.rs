@@ -1,8 +1,8 @@
-//! Why the files of a design cannot be used.
+//! Errors of the stored files of a design.
 
 use thiserror::Error;
 
-/// Why the files of a design cannot be used.
+/// Error of the stored files of a design.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StoreError {

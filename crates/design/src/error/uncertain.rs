@@ -1,8 +1,8 @@
-//! Why there is no uncertain model or no robust controller.
+//! Errors of the uncertain model and of the robust controller.
 
 use thiserror::Error;
 
-/// Why there is no uncertain model.
+/// Error of the uncertain model.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum UncertainError {
@@ -11,7 +11,7 @@ pub enum UncertainError {
         "the design {design} declares no uncertainty; add a section [uncertainty], as in vehicles/squid/design.toml"
     )]
     NothingUncertain { design: String },
-    /// The model reduction removes everything that is declared.
+    /// The model reduction removes all declared uncertainty.
     #[error(
         "{design}: [uncertainty]: no declared uncertainty is left in the model: at {:.0} % of their ranges, none of {} \
             changes the linear model, or an actuator's gain its own input, by more than {:.1} %; declare larger \
@@ -23,9 +23,9 @@ pub enum UncertainError {
     NothingLeft {
         design: String,
         names: Vec<String>,
-        /// The fraction of the ranges.
+        /// Fraction of the ranges.
         size: f64,
-        /// The allowed relative change of the model.
+        /// Allowed relative change of the model.
         tolerance: f64,
     },
     /// A coefficient does not enter the equations of motion affinely.
@@ -36,17 +36,17 @@ pub enum UncertainError {
     )]
     NotAffine {
         name: String,
-        /// The relative difference.
+        /// Relative difference.
         error: f64,
     },
-    /// Three of the coefficients are multiplied with one another.
+    /// Three of the coefficients are multiplied together.
     #[error(
         "[uncertainty]: three of the coefficients are multiplied together (relative error {error:.1e} in the \
             equations of motion); declare two of them at most, for instance not density, form_factor and \
             wetted_area together"
     )]
     ThreeMultiply {
-        /// The relative difference.
+        /// Relative difference.
         error: f64,
     },
     /// The coefficients at some corner of the ranges are out of range.
@@ -57,7 +57,7 @@ pub enum UncertainError {
     NoTrim { reason: squid_auv::TrimError },
 }
 
-/// Why there is no robust controller.
+/// Error of the robust design.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum RobustError {
@@ -69,7 +69,7 @@ pub enum RobustError {
     NotClear { which: &'static str },
 }
 
-/// Why no gain was proved for constant coefficients.
+/// Error of the proof of a gain for constant coefficients.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ConstantError {
