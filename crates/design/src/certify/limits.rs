@@ -76,8 +76,8 @@ pub fn with_limits(
     let Ok(Some(any)) = search(&[], Some(FASTEST)) else { return Ok(found?) };
     let Some(limits) = any.certificate.limits() else { return Ok(found?) };
     let sought = from_rows(&limits.e, frozen.actuators.len()).unwrap_or_else(|| Mat::zeros(0, 0));
-    let kept = to_rows(&keeping_speed(vehicle, design, controller, sought)?);
-    let other = if kept == limits.e { Ok(Some(any)) } else { search(&[kept], None) };
+    let unbiased = to_rows(&keeping_speed(vehicle, design, controller, sought)?);
+    let other = if unbiased == limits.e { Ok(Some(any)) } else { search(&[unbiased], None) };
     match (found, other) {
         (Ok(found), Ok(other)) => Ok(if size(&other) > size(&found) { other } else { found }),
         (found, other) => Ok(found.or(other)?),
@@ -142,14 +142,14 @@ pub fn check_vehicle(
 fn rates(
     actuators: &[Actuator],
     design: &DesignFile,
-    kept: &[usize],
+    moving: &[usize],
 ) -> Result<BTreeMap<usize, f64>, CertifyError> {
     if let Some(one) = actuators.iter().find(|one| one.rate.is_some()).filter(|_| !design.lags) {
         return Err(CertifyError::RateWithoutLag { actuator: one.name.clone() });
     }
     let lagged = actuators.iter().filter(|one| one.lag > 0.0).zip(design.states.len()..);
     let limited = lagged.filter_map(|(one, state)| Some((state, one.rate? / one.reach())));
-    Ok(limited.filter(|(state, _)| kept.contains(state)).collect())
+    Ok(limited.filter(|(state, _)| moving.contains(state)).collect())
 }
 
 /// Reference of the claim: that of the first signal of the interface with a reference, besides the scheduled signal.
