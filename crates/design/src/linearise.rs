@@ -111,7 +111,7 @@ impl LevelFlight<'_> {
         Ok(found.into_iter().map(|trim| self.axis_trim(trim)).collect())
     }
 
-    /// Replaces the actuators of a trim by those of the axis; the actuators of a lateral axis are at 0 in trim.
+    /// Adapts a trim to the actuators of the axis: those of a lateral axis are at 0.
     fn axis_trim(&self, trim: Trim) -> Trim {
         if self.file.view().is_level_held {
             Trim { actuators: vec![0.0; self.vehicle.actuators.len()], ..trim }

@@ -78,8 +78,8 @@ impl Verdict {
     /// Returns the advice for each missed row, if any, one line each.
     pub fn advice(&self) -> String {
         let line = |row: &Row| {
-            let words = &row.advice.as_ref()?.words;
-            Some(format!("{} {} ({}): {words}", row.what, row.found(), row.required()))
+            let text = &row.advice.as_ref()?.words;
+            Some(format!("{} {} ({}): {text}", row.what, row.found(), row.required()))
         };
         self.missed().filter_map(line).collect::<Vec<_>>().join("\n")
     }

@@ -55,8 +55,8 @@ impl Judge<'_> {
         let synthesised = Synthesised { model: model.clone(), plant: plant.clone(), design };
         let axis = proved(vehicle, file, &inputs.hashes, synthesised, progress)?;
         progress.done("envelope", &envelope::words(&axis.controller));
-        sensors::words(&axis.controller).iter().for_each(|words| progress.done("failsafe", words));
-        envelope::doubt(&axis.controller, &file.manoeuvre).iter().for_each(|words| progress.done("", words));
+        sensors::words(&axis.controller).iter().for_each(|text| progress.done("failsafe", text));
+        envelope::doubt(&axis.controller, &file.manoeuvre).iter().for_each(|text| progress.done("", text));
         let judge = || Verdict::of(inputs, &axis.controller, Effort::FULL);
         let verdict = progress.timed("verdict", "the loop as it flies, and mu", judge).0?;
         progress.done("verdict", &verdict.to_string());

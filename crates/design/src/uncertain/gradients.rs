@@ -166,8 +166,8 @@ pub fn coarsen(vehicle: &Vehicle, blocks: &[Block], detail: f64, samples: &mut [
             }
         }
         let decomposition = squid_lpv::matrix::svd(&rows);
-        let kept = decomposition.s.iter().filter(|s| **s > detail).count();
-        let directions = decomposition.v.columns(0, kept).into_owned();
+        let rank = decomposition.s.iter().filter(|s| **s > detail).count();
+        let directions = decomposition.v.columns(0, rank).into_owned();
         let projector = &units * &directions * directions.transpose() * &inverse;
         for (g, size) in samples.iter_mut().zip(&sizes) {
             g.first[index] = &g.first[index] * &projector;

@@ -77,8 +77,8 @@ fn project(lft: &Lft, sizes: &[(usize, f64)]) -> Lft {
         }
     }
     let basis = squid_lpv::matrix::diagonal_blocks(&bases.iter().collect::<Vec<_>>());
-    let kept = runs.iter().zip(&bases);
-    let channels = kept.flat_map(|(&(p, _, _), own)| std::iter::repeat_n(p, own.ncols())).collect();
+    let retained = runs.iter().zip(&bases);
+    let channels = retained.flat_map(|(&(p, _, _), own)| std::iter::repeat_n(p, own.ncols())).collect();
     lft.transformed(&basis.transpose(), &basis, channels)
 }
 

@@ -178,16 +178,16 @@ fn without_least(actuators: &[Actuator], lft: &Lft, first: usize, count: usize, 
     let right = scaled(actuators, lft.right.rows(first, count).into_owned());
     let into = block(&[&[&right, &inner.rows(first, count).select_columns(&others)]]);
     let decomposition = svd(&(&out * &into));
-    let kept = count - 1;
-    if kept > 0 && decomposition.s.get(kept - 1).is_none_or(|s| *s <= 0.0) {
+    let rank = count - 1;
+    if rank > 0 && decomposition.s.get(rank - 1).is_none_or(|s| *s <= 0.0) {
         return None;
     }
     let root = Mat::from_diagonal(&nalgebra::DVector::from_iterator(
-        kept,
-        decomposition.s.iter().take(kept).map(|s| 1.0 / s.sqrt()),
+        rank,
+        decomposition.s.iter().take(rank).map(|s| 1.0 / s.sqrt()),
     ));
-    let own_to = &into * decomposition.v.columns(0, kept) * &root;
-    let own_from = &root * decomposition.u.columns(0, kept).transpose() * &out;
+    let own_to = &into * decomposition.v.columns(0, rank) * &root;
+    let own_from = &root * decomposition.u.columns(0, rank).transpose() * &out;
     let mut to = Mat::zeros(k, k - 1);
     let mut from = Mat::zeros(k - 1, k);
     let index = |i: usize| if i < first { i } else { i - 1 };
@@ -195,8 +195,8 @@ fn without_least(actuators: &[Actuator], lft: &Lft, first: usize, count: usize, 
         to[(i, index(i))] = 1.0;
         from[(index(i), i)] = 1.0;
     }
-    to.view_mut((first, first), (count, kept)).copy_from(&own_to);
-    from.view_mut((first, first), (kept, count)).copy_from(&own_from);
+    to.view_mut((first, first), (count, rank)).copy_from(&own_to);
+    from.view_mut((first, first), (rank, count)).copy_from(&own_from);
     let mut channels = lft.channels.clone();
     channels.remove(first);
     Some(lft.transformed(&from, &to, channels))

@@ -55,7 +55,7 @@ impl MuAtSpeed {
     }
 }
 
-/// Relative tolerance of the bounds: finer than their printed digits, and a third of the computing time.
+/// Relative tolerance of the bounds: below their printed digits, in a third of the time of a tighter one.
 const TOLERANCE: f64 = 5e-4;
 
 fn bounded(inputs: &Inputs, k: &Controller, speed: f64) -> Result<FrequencyBound, Error> {

@@ -149,8 +149,10 @@ pub fn coupling(turning: &Turning<'_>) -> Result<Option<Coupling>, Error> {
         let (one, other) = rayon::join(|| loops[0].proved(), || loops[1].proved());
         let Some((one, other)) = one.zip(other) else { continue };
         let axes = [one, other];
-        let taken =
-            turns.taken(&loops, axes.each_ref().map(|axis| axis.theorem.gamma.unwrap_or(f64::INFINITY)));
+        let taken = turns.relative_coupling(
+            &loops,
+            axes.each_ref().map(|axis| axis.theorem.gamma.unwrap_or(f64::INFINITY)),
+        );
         if taken < 1.0 {
             return Ok(Some(Coupling { rates: turning.rates(share), share, taken, axes }));
         }
@@ -178,7 +180,7 @@ pub fn share_of(
         });
         match same {
             Ok(()) => {
-                let taken = turns.taken(&loops, gains);
+                let taken = turns.relative_coupling(&loops, gains);
                 let wrong =
                     || ProofError::Mismatch { what: "a turn that couples more than is allowed".into() };
                 return (taken < 1.0).then_some((share, taken)).ok_or_else(|| wrong().into());
@@ -294,7 +296,7 @@ impl Turns {
     }
 
     /// Largest coupling of a turn relative to the one that the gains of two loops allow.
-    fn taken(&self, loops: &[Loop; 2], gains: [f64; 2]) -> f64 {
+    fn relative_coupling(&self, loops: &[Loop; 2], gains: [f64; 2]) -> f64 {
         // [x; T] of both axes per e.
         let per_e = loops.each_ref().map(|axis| {
             symmetric_function(&(axis.c.transpose() * &axis.c), |value| {
