@@ -12,7 +12,7 @@
 //! as deviations from the turn; at Omega = 0 the blocks M12 and M21 are 0.
 //!
 //! ```text
-//! turn      M
+//! turn      the matrix M
 //! frozen    the eigenvalues of this loop in one turn
 //! plant     the part of M of one axis as a function of speed and rate of turn
 //! balance   units in which the gains are small, and matrices that bound others
