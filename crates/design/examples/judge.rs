@@ -4,12 +4,12 @@
 //! cargo run --release -p squid-design --example judge vehicles/squid tests/designs/errors_alone.toml [robust] [RATE]
 //! ```
 //!
-//! or that of `squid design --robust`. Prints mu for robust stability and for robust performance at six frozen speeds,
-//! and then proves a gain for constant coefficients and any trajectory of the speed, or one no faster than RATE, m/s^2.
-//! See `DesignFile::with_weights_of`.
+//! or with that of `squid design --robust`. Prints mu for robust stability and for robust performance at six frozen
+//! speeds, and then proves a gain for constant coefficients and any trajectory of the speed, or one no faster than
+//! RATE, m/s^2. See `DesignFile::with_weights_of`.
 //!
-//! 'No controller below': mu is at least m for every controller with the same measurements if some perturbation of size
-//! 1/m leaves even the optimal controller for it a gain of m; perturbations are searched.
+//! 'No controller below' m: a perturbation of size 1/m was found for which even the optimal controller has a gain of m,
+//! so mu is at least m for every controller with the same measurements.
 #![allow(clippy::print_stdout)]
 
 use squid_base::progress::{Event, Progress};
@@ -29,10 +29,10 @@ use squid_lpv::mu::sweep::{CLOSEST, bound_over_frequency};
 use squid_lpv::synthesis::{ScalingClass, least_gamma};
 use std::error::Error;
 
-/// The number of speeds at which mu is shown.
+/// Number of speeds at which mu is shown.
 const SPEEDS: usize = 6;
 
-/// The numbers of initial corners for the search for the lower limit, and of steps towards each.
+/// Numbers of initial corners for the search for the lower limit, and of steps towards each.
 const CORNERS: usize = 4;
 const STEPS: usize = 4;
 
@@ -77,15 +77,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A row of the table: guaranteed bounds over all frequencies, and values reached.
+/// Returns a row of the table: guaranteed bounds over all frequencies, and values reached.
 fn at(inputs: &Inputs, k: &Controller, speed: f64) -> Result<String, Box<dyn Error>> {
     let frozen = at_speed(inputs, speed)?;
-    let whole = uncertain_loop(inputs, &frozen, k)?;
-    let stability = bound_over_frequency(&whole.stability(), &whole.structure, CLOSEST)?.upper;
-    let system = whole.system.without_idle_states();
-    let performance = mu_over_frequency(&system, &whole.with_performance()?)?;
+    let closed = uncertain_loop(inputs, &frozen, k)?;
+    let stability = bound_over_frequency(&closed.stability(), &closed.structure, CLOSEST)?.upper;
+    let system = closed.system.without_idle_states();
+    let performance = mu_over_frequency(&system, &closed.with_performance()?)?;
     let reached = performance.lower.map_or(0.0, |lower| lower.value);
-    let (k, w) = (whole.structure.cols(), whole.structure.rows());
+    let (k, w) = (closed.structure.cols(), closed.structure.rows());
     let (outputs, inputs_of_loop) = system.d.shape();
     let nominal = system.parts(k..outputs, w..inputs_of_loop);
     Ok(format!(
@@ -97,7 +97,7 @@ fn at(inputs: &Inputs, k: &Controller, speed: f64) -> Result<String, Box<dyn Err
     ))
 }
 
-/// A computed lower limit of mu for robust performance with any controller at one speed.
+/// Returns a computed lower limit of mu for robust performance with any controller at one speed.
 fn least_possible(inputs: &Inputs, frozen: &FrozenUncertain) -> f64 {
     let actuators = &inputs.vehicle.actuators;
     let gain = |delta: &[f64]| -> Option<f64> {
@@ -110,14 +110,14 @@ fn least_possible(inputs: &Inputs, frozen: &FrozenUncertain) -> f64 {
     let n = frozen.model.blocks.len();
     let mut least = gain(&vec![0.0; n]).unwrap_or(0.0);
     let mut try_corner = |corner: &[f64]| {
-        let begun = least;
+        let before = least;
         for _ in 0..STEPS {
             let Some(found) = at(corner, least).filter(|found| *found > least) else { break };
-            // Smaller perturbations leave a smaller gain: the limit is between the two.
+            // A smaller perturbation leaves a smaller gain, so the limit is between the two.
             let middle = 0.5 * (least + found);
             least = if at(corner, middle).is_some_and(|found| found >= middle) { middle } else { break };
         }
-        least > begun
+        least > before
     };
     let mut best = vec![1.0; n];
     for corner in random_corners(n, CORNERS, 5) {

@@ -1,4 +1,4 @@
-//! The control problem: model and weights of the design as a generalised plant.
+//! Generalised plant of the control problem: model and weights of the design.
 
 use crate::axis::Linearisation;
 use crate::error::ModelError;
@@ -13,20 +13,20 @@ use squid_lpv::tracking::{ModelPlace, MovingTrim, TrackingProblem, TwoDegrees};
 /// States of the wave filter.
 const WAVE_STATES: usize = 2;
 
-/// A linear model of the vehicle, scheduled or constant, with the slope of its trim.
+/// Linear model of the vehicle, scheduled or constant, with the slope of its trim.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearModel {
     /// `[A B]`, n x (n + m).
     pub ab: Lft,
     /// `[x0'; u0']`, (n + m) x 1; see [`Linearisation::trim_slope`].
     pub trim_slope: Lft,
-    /// `[G 0; A_w B_w]`, (n + 2) x 3, of the design sea; see
+    /// `[G 0; A_w B_w]`, (n + 2) x 3, of the waves of the design; see
     /// [`WorkingSea::acting`](crate::inputs::design_file::WorkingSea::acting).
     pub waves: Option<Lft>,
 }
 
 impl LinearModel {
-    /// The model at one speed.
+    /// Returns the model at one speed.
     pub fn at(l: &Linearisation, design: &DesignFile) -> Self {
         Self {
             ab: Lft::constant(stacked(&l.a, &l.b)),
@@ -35,7 +35,7 @@ impl LinearModel {
         }
     }
 
-    /// `[A B G x0'; 0 0 0 u0']` at a value of rho, (n + m) x (n + m + 3), without G if there are no waves.
+    /// Evaluates `[A B G x0'; 0 0 0 u0']` at a value of rho, (n + m) x (n + m + 3), without G if there are no waves.
     ///
     /// # Errors
     /// [`ModelError::System`], an internal error.
@@ -46,13 +46,13 @@ impl LinearModel {
         let waves = self.waves.as_ref().map(|waves| waves.evaluate(&[rho])).transpose()?;
         let by_waves =
             waves.map_or(Mat::zeros(n, 0), |waves| waves.view((0, 0), (n, WAVE_STATES)).into_owned());
-        let none = |columns| Mat::zeros(both - n, columns);
-        let below = [none(both), none(by_waves.ncols())];
+        let zeros = |columns| Mat::zeros(both - n, columns);
+        let below = [zeros(both), zeros(by_waves.ncols())];
         Ok(block(&[&[&ab, &by_waves, &states], &[&below[0], &below[1], &inputs]]))
     }
 }
 
-/// The generalised plant of the design for a model.
+/// Builds the generalised plant of the design for a model.
 ///
 /// w contains the references and the disturbances at the actuators, z the tracking errors weighted by W_e and the
 /// commands weighted by W_u, u the commands and y the tracking errors. References and outputs are in units of the
@@ -69,15 +69,15 @@ pub fn augment(
     Ok(problem(actuators, design, model).augment()?)
 }
 
-/// The place of the model in the plant of [`augment`].
+/// Returns the position of the model in the plant of [`augment`].
 ///
 /// # Errors
-/// As [`augment`].
+/// The errors of [`augment`].
 pub fn place(actuators: &[Actuator], design: &DesignFile) -> Result<ModelPlace, ModelError> {
     let (n, m) = (design.states.len(), actuators.len());
-    let none = |rows, columns| Lft::constant(Mat::zeros(rows, columns));
-    let waves = design.sea.as_ref().map(|_| none(n + WAVE_STATES, WAVE_STATES + 1));
-    let model = LinearModel { ab: none(n, n + m), trim_slope: none(n + m, 1), waves };
+    let zeros = |rows, columns| Lft::constant(Mat::zeros(rows, columns));
+    let waves = design.sea.as_ref().map(|_| zeros(n + WAVE_STATES, WAVE_STATES + 1));
+    let model = LinearModel { ab: zeros(n, n + m), trim_slope: zeros(n + m, 1), waves };
     Ok(problem(actuators, design, model).place()?)
 }
 
@@ -98,7 +98,7 @@ fn problem(actuators: &[Actuator], design: &DesignFile, model: LinearModel) -> T
     }
 }
 
-/// References and measurements as separate inputs; the trim follows the filtered reference of the speed.
+/// References and measurements as separate inputs; the trim follows the filtered speed reference.
 fn two_degrees(design: &DesignFile, slope: Lft) -> TwoDegrees {
     let speed = design.tracked_speed();
     let models = design.tracked.iter().map(|t| t.model.filter(|_| !design.judged));
@@ -120,10 +120,10 @@ mod tests {
     use crate::fit::Model;
     use crate::inputs::tests::shipped;
 
-    /// Sutarto and Budiyono (2011), on W_u: the commands are normalised, here by the limits of the actuators, and the
-    /// weight is the identity.
+    /// The commands are normalised by the limits of the actuators, and W_u is the identity: Sutarto and Budiyono
+    /// (2011).
     #[test]
-    fn the_papers_weight_on_the_actuators_is_the_identity() {
+    fn paper_weight_on_actuators_is_identity() {
         let inputs = shipped("squid", "paper");
         let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear()).unwrap();

@@ -1,7 +1,7 @@
-//! The certificate: the gain bound of the finished loop in a form that exact arithmetic re-checks.
+//! Certificate: the gain bound of the finished loop in a form that exact arithmetic re-checks.
 //!
-//! One file states two claims: the bound for the fitted model, and a bound that also holds for a model error as large
-//! as the residual of the fit anywhere in the range of speed.
+//! One file states two claims: a bound for the fitted model, and a bound that also holds for a model error as large as
+//! the residual of the fit anywhere in the range of speed.
 
 pub mod claims;
 pub mod constant;
@@ -28,7 +28,7 @@ use squid_scheduled::LftMatrices;
 /// ([`fit_residual()`]), and proves it in exact arithmetic.
 ///
 /// # Errors
-/// [`ProofError::Unproved`] with the first check that fails; [`CertifyError::BendsAtRest`] or [`Error::Synthesis`] when
+/// [`ProofError::Unproved`] with the first check that fails; [`CertifyError::BendsAtRest`] or [`Error::Synthesis`] if
 /// no bound covers the model error.
 pub fn certify(
     vehicle: &dyn VehicleModel,
@@ -44,7 +44,7 @@ pub fn certify(
     Ok(with_model_error(plant, design, &error, size, &closed, &closed_error, &covered)?)
 }
 
-/// Why no bound covers the model error: explained by the vehicle if possible.
+/// Explains by the vehicle, if possible, that no bound covers the model error.
 fn explain(vehicle: &dyn VehicleModel, file: &DesignFile, model: &Model, reason: SynthesisError) -> Error {
     match bends_at_rest(vehicle, file, model) {
         Ok(true) => CertifyError::BendsAtRest { from: file.speed_min, to: file.speed_max }.into(),
@@ -52,22 +52,22 @@ fn explain(vehicle: &dyn VehicleModel, file: &DesignFile, model: &Model, reason:
     }
 }
 
-/// The matrices of a controller, in the form of a controller file.
+/// Returns the matrices of a controller in the form of a controller file.
 pub fn lft_matrices(k: &Controller) -> LftMatrices {
     let squid_certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = controller_rows(k);
     LftMatrices { blocks: k.blocks.clone(), a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
-/// The frozen controller's matrices in the form of the certificate.
+/// Returns the matrices of a frozen controller in the form of the certificate.
 pub fn frozen_rows(lft: &LftMatrices) -> squid_certificate::Controller {
     let LftMatrices { blocks: _, a, by, bt, cu, duy, dut, ct, dty, dtt } = lft.clone();
     squid_certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
-/// The matrices of a frozen controller as a [`Controller`].
+/// Returns the matrices of a frozen controller as a [`Controller`].
 ///
 /// # Errors
-/// [`ProofError::Mismatch`] if they do not fit together.
+/// [`ProofError::Mismatch`] if their shapes do not match.
 pub fn controller_of(lft: &LftMatrices) -> Result<Controller, ProofError> {
     let wrong = || ProofError::Mismatch { what: "the shape of a matrix of the controller".into() };
     controller(&lft.blocks, &frozen_rows(lft)).ok_or_else(wrong)
@@ -78,19 +78,18 @@ mod tests {
     use super::*;
     use crate::inputs::tests::shipped;
 
-    /// The drag of BlueROV2 Heavy is quadratic: a range of speed with rest in its interior is distinguished from
-    /// others.
+    /// BlueROV2 Heavy has quadratic drag: ranges of speed with rest in their interior are distinguished from others.
     #[test]
-    fn a_proof_that_fails_at_rest_is_explained_by_the_vehicle() {
+    fn explains_failed_proof_by_drag_at_rest() {
         let mut inputs = shipped("bluerov2_heavy", "design");
         for (from, to, bends) in [(-0.5, 0.5, true), (-0.2, 0.5, true), (0.0, 0.5, false), (-0.5, 0.0, false)]
         {
             (inputs.design.speed_min, inputs.design.speed_max) = (from, to);
             let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
             let reason = SynthesisError::Infeasible { stage: "test" };
-            let words = explain(&inputs.axis(), &inputs.design, &model, reason).to_string();
-            assert_eq!(words.contains("bends at rest"), bends, "{words}");
-            assert!(!bends || words.contains(&format!("from {from} to {to} m/s")), "{words}");
+            let message = explain(&inputs.axis(), &inputs.design, &model, reason).to_string();
+            assert_eq!(message.contains("bends at rest"), bends, "{message}");
+            assert!(!bends || message.contains(&format!("from {from} to {to} m/s")), "{message}");
         }
     }
 }

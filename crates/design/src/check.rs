@@ -1,7 +1,7 @@
-//! The checks of a finished controller before it is written.
+//! Checks of a finished controller before it is written.
 //!
-//! The design's inequalities hold for the fit. Here the controller, frozen at each speed, is also checked with the true
-//! linearisations, at the speeds of the grid and between them.
+//! The design's inequalities hold for the fit. These checks also close the controller, frozen at each speed, with the
+//! true linearisations, at the speeds of the grid and between them.
 
 pub mod coupled;
 pub mod flown;
@@ -22,13 +22,13 @@ use squid_lpv::plant::{GeneralisedPlant, channels};
 use squid_lpv::state_space::StateSpace;
 use std::f64::consts::TAU;
 
-/// The number of speeds at which the closed loop is checked.
+/// Number of speeds at which the closed loop is checked.
 pub const CHECKED_SPEEDS: usize = 101;
 
-/// A loop that is still unstable when sampled faster by this factor is taken as unstable without sampling.
+/// Oversampling factor: a loop that is still unstable at this multiple of its rate counts as unstable without sampling.
 const OVERSAMPLING: f64 = 50.0;
 
-/// The results of the checks.
+/// Results of the checks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checks {
     /// Largest real part of the closed-loop modes with the fitted model.
@@ -45,18 +45,18 @@ pub struct Checks {
     pub fastest_controller_mode: f64,
 }
 
-/// The fraction of the sampling rate 2 pi/T above which a controller mode is distorted by sampling. The trapezoidal
-/// rule maps a frequency w to 2/T atan(w T/2): 11 % lower at a fifth of the rate, 36 % at half of it.
+/// Fraction of the sampling rate 2 pi/T above which a controller mode is distorted by sampling. The trapezoidal rule
+/// maps a frequency w to 2/T atan(w T/2): 11 % lower at a fifth of the rate, 36 % at half of it.
 const SLOW_ENOUGH: f64 = 0.2;
 
-/// The fastest controller mode for which a sample time (s) is short enough, rad/s.
+/// Returns the fastest controller mode for which a sample time (s) is short enough, rad/s.
 pub fn fastest_sampled(sample_time: f64) -> f64 {
     SLOW_ENOUGH * TAU / sample_time
 }
 
 impl Checks {
-    /// A warning if the fastest controller mode is too fast for the sample time (s); `control_weight` is quoted in the
-    /// advice.
+    /// Returns a warning if the fastest controller mode is too fast for the sample time (s); the advice quotes
+    /// `control_weight`.
     pub fn remark(&self, sample_time: f64, control_weight: f64) -> Option<String> {
         let (fastest, most) = (self.fastest_controller_mode, fastest_sampled(sample_time));
         (fastest > most).then(|| {
@@ -67,14 +67,14 @@ impl Checks {
                     stable at these speeds.\n\
                     Raise control.weight, now {}: a larger weight gives a slower controller{}",
                 squid_auv::rounded(control_weight),
-                sample_time_words(fastest)
+                sample_time_advice(fastest)
             )
         })
     }
 }
 
-/// The advice on a sample time (s) that is short enough for a mode (rad/s), if a design file may have it.
-fn sample_time_words(fastest: f64) -> String {
+/// Advice on a sample time (s) that is short enough for a mode (rad/s), if a design file allows it.
+fn sample_time_advice(fastest: f64) -> String {
     let enough = SLOW_ENOUGH * TAU / fastest;
     if SAMPLE_TIME.allows(enough) {
         format!(",\nor sample it every {} s", rounded_down(enough))
@@ -86,9 +86,8 @@ fn sample_time_words(fastest: f64) -> String {
 /// Checks a controller for the scheduled plant `plant` at frozen speeds. The loop must be stable with the fit, with the
 /// true linearisation, and sampled with the actuator lags; the H-infinity norm must be at most `bound` with the fit,
 /// and finite with the true linearisation.
-///
 /// # Errors
-/// [`Error::Refused`] with the first failure; those of trim and linearisation.
+/// [`Error::Refused`] with the first failure; the errors of trim and linearisation.
 pub fn check(
     vehicle: &dyn VehicleModel,
     design: &DesignFile,
@@ -130,7 +129,7 @@ pub fn check(
         if true_real_part.is_nan() || true_real_part >= 0.0 {
             return Err(Refusal::UnstableTruth { speed, real_part: true_real_part }.into());
         }
-        // A loop that is unstable in itself is not attributed to the lags or the sample time.
+        // Instability of the continuous loop is not attributed to the lags or the sample time.
         let radius = sampled_radius(sampling, &linearisation, &controller.frozen(&[rho])?, speed)?;
         checks.abscissa_fit = checks.abscissa_fit.max(real_part);
         checks.abscissa_truth = checks.abscissa_truth.max(true_real_part);
@@ -147,7 +146,7 @@ pub fn check(
     Ok(checks)
 }
 
-/// The spectral radius of the sampled loop; an error if it is unstable.
+/// Returns the spectral radius of the sampled loop; an error if it is unstable.
 fn sampled_radius(
     sampling: Sampling,
     linearisation: &Linearisation,
@@ -159,16 +158,16 @@ fn sampled_radius(
         return Ok(radius);
     }
     let sample_time = sampling.sample_time;
-    let often = Sampling { sample_time: sample_time / OVERSAMPLING, ..sampling };
-    let growth = often.spectral_radius(linearisation, frozen).ln();
+    let oversampled = Sampling { sample_time: sample_time / OVERSAMPLING, ..sampling };
+    let growth = oversampled.spectral_radius(linearisation, frozen).ln();
     Err(if growth >= 0.0 {
-        Refusal::UnstableWithLags { speed, real_part: growth / often.sample_time }
+        Refusal::UnstableWithLags { speed, real_part: growth / oversampled.sample_time }
     } else {
         Refusal::UnstableSampled { speed, sample_time, radius }
     })
 }
 
-/// The scheduled controller frozen at rho, without parameters.
+/// Freezes the scheduled controller at rho, without parameters.
 ///
 /// # Errors
 /// [`ModelError::System`](crate::error::ModelError::System) if it is not well posed.
@@ -177,7 +176,7 @@ pub fn frozen_controller(k: &Controller, rho: f64) -> Result<Controller, Error> 
     Ok(Controller { parts, blocks: vec![] })
 }
 
-/// `I - rho D` is regular for all |rho| <= 1 if and only if D has no real eigenvalue of modulus 1 or more.
+/// Checks that `I - rho D` is regular for all |rho| <= 1: D has no real eigenvalue of modulus 1 or more.
 fn well_posed(d: &Mat) -> Result<(), Refusal> {
     for value in eigenvalues(d) {
         let real = value.im.abs() <= 1e-12 * value.norm();
@@ -193,7 +192,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn modes_beyond_a_fifth_of_the_sampling_rate_give_a_warning() {
+    fn warns_of_modes_beyond_fifth_of_sampling_rate() {
         let checks = |fastest| Checks {
             abscissa_fit: -1.0,
             abscissa_truth: -1.0,
@@ -204,10 +203,16 @@ mod tests {
         };
         // 2 pi/0.02/5 = 62.83 rad/s.
         assert_eq!(checks(62.8).remark(0.02, 0.04), None);
-        let words = checks(112.0).remark(0.02, 0.04).unwrap();
-        assert!(words.contains("112 rad/s, is beyond a fifth of the sampling rate, 62.8 rad/s"), "{words}");
+        let warning = checks(112.0).remark(0.02, 0.04).unwrap();
+        assert!(
+            warning.contains("112 rad/s, is beyond a fifth of the sampling rate, 62.8 rad/s"),
+            "{warning}"
+        );
         // 2 pi/5/112 = 0.01122 s.
-        assert!(words.contains("control.weight, now 0.04") && words.ends_with("every 0.011 s"), "{words}");
+        assert!(
+            warning.contains("control.weight, now 0.04") && warning.ends_with("every 0.011 s"),
+            "{warning}"
+        );
         assert!(!checks(1e6).remark(0.02, 0.04).unwrap().contains("sample it"));
         assert_eq!(checks(112.0).remark(0.011, 0.04), None);
     }

@@ -1,4 +1,4 @@
-//! The errors of a design, by stage.
+//! Errors of a design, by stage.
 //!
 //! A stage returns its own error if no other can occur, and [`Error`] if it calls other stages.
 
@@ -20,7 +20,7 @@ use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 pub use uncertain::{ConstantError, RobustError, UncertainError};
 
-/// The error of a design.
+/// Error of any stage of a design.
 #[derive(Debug, ThisError, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]

@@ -1,4 +1,4 @@
-//! The vehicle as an LPV model: polynomials in speed, fitted to its linearisations, as an LFT.
+//! Vehicle as an LPV model: polynomials in speed, fitted to its linearisations, as an LFT.
 
 pub mod authority;
 pub mod frequency;
@@ -18,7 +18,7 @@ use squid_lpv::polynomial::{FitResidual, MatrixPolynomial};
 /// Singular values below this fraction of the largest are rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// The linearisations and the polynomials fitted to them.
+/// Linearisations and the polynomials fitted to them.
 #[derive(Debug, Clone)]
 pub struct Model {
     /// Scheduling parameter and linearisation at each speed of the grid.
@@ -27,26 +27,26 @@ pub struct Model {
     pub fit: MatrixPolynomial,
     /// Residuals on the grid of the fits of order 1, 2, ..., up to one above the design's.
     pub residuals: Vec<Residual>,
-    /// The LFT of `[A B]`.
+    /// LFT of `[A B]`.
     pub lft: Lft,
     /// Largest difference between the LFT and the polynomial over the range, as a singular value.
     pub lft_error: f64,
-    /// The LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1; see [`trim_slope()`].
+    /// LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1; see [`trim_slope()`].
     pub trim_slope: Lft,
-    /// The LFT of the waves of the design's `[sea]`, (n + 2) x 3; see [`WorkingSea::acting`].
+    /// LFT of the waves of the design's `[sea]`, (n + 2) x 3; see [`WorkingSea::acting`].
     pub waves: Option<Lft>,
 }
 
-/// The residual of a fit of one order.
+/// Residual of a fit of one order.
 #[derive(Debug, Clone)]
 pub struct Residual {
-    /// The order.
+    /// Order of the fit.
     pub order: usize,
-    /// The residual of A alone.
+    /// Residual of A alone.
     pub a: FitResidual,
-    /// The residual of `[A B]`.
+    /// Residual of `[A B]`.
     pub ab: FitResidual,
-    /// The rms residual of A relative to its rms variation over the range, rather than to A itself.
+    /// Rms residual of A relative to its rms variation over the range, rather than to A itself.
     pub relative_to_variation: f64,
 }
 
@@ -78,7 +78,8 @@ impl Model {
         Ok(Self { grid, fit, residuals, lft, lft_error, trim_slope, waves })
     }
 
-    /// The LFT of a polynomial of another order; singular values below the fraction `drop` of the largest are dropped.
+    /// Returns the LFT of a polynomial of another order; singular values below the fraction `drop` of the largest are
+    /// dropped.
     ///
     /// # Errors
     /// [`ModelError::System`].
@@ -86,18 +87,18 @@ impl Model {
         Ok(Lft::from_polynomial(&MatrixPolynomial::fit(&samples(&self.grid), order)?, drop))
     }
 
-    /// The model used for the design.
+    /// Returns the model used for the design.
     pub fn linear(&self) -> LinearModel {
         LinearModel { ab: self.lft.clone(), trim_slope: self.trim_slope.clone(), waves: self.waves.clone() }
     }
 
-    /// The coefficients `A_k` and `B_k` of the fit.
+    /// Returns the coefficients `A_k` and `B_k` of the fit.
     pub fn coefficients(&self) -> (Vec<Mat>, Vec<Mat>) {
         self.fit.coefficients.iter().map(split).unzip()
     }
 }
 
-/// `[A B]` over the grid.
+/// Matrices `[A B]` over the grid.
 fn samples(grid: &[(f64, Linearisation)]) -> Vec<(f64, Mat)> {
     grid.iter().map(|(rho, l)| (*rho, stacked(&l.a, &l.b))).collect()
 }
@@ -114,13 +115,13 @@ impl Residual {
     }
 }
 
-/// The wave model as a first-order polynomial: the filter is affine in the speed, and so is G except for the incidence.
+/// Wave model as a first-order polynomial: the filter is affine in the speed, and so is G except for the incidence.
 fn waves(sea: &WorkingSea, grid: &[(f64, Linearisation)]) -> Result<Lft, ModelError> {
     let samples: Vec<(f64, Mat)> = grid.iter().filter_map(|(rho, l)| Some((*rho, sea.acting(l)?))).collect();
     Ok(Lft::from_polynomial(&MatrixPolynomial::fit(&samples, 1)?, ROUNDING))
 }
 
-/// The largest error over 201 parameter values between -1 and 1.
+/// Largest error over 201 parameter values from -1 to 1.
 fn lft_error(lft: &Lft, fit: &MatrixPolynomial) -> Result<f64, ModelError> {
     let mut worst = 0.0;
     for i in 0..=200 {

@@ -1,4 +1,4 @@
-//! The input files of a design.
+//! Input files of a design.
 
 pub mod actuator_names;
 pub mod design_file;
@@ -18,48 +18,48 @@ use squid_pid::Pid;
 use squid_scheduled::InputHashes;
 use std::path::{Path, PathBuf};
 
-/// A vehicle and a design file, with their hashes.
+/// Vehicle and design file, with their hashes.
 #[derive(Debug, Clone)]
 pub struct Inputs {
-    /// The vehicle's directory, as an absolute path.
+    /// Absolute path of the vehicle's directory.
     pub directory: PathBuf,
-    /// The vehicle as the axis of the design has it: in the vertical plane, or with what yaws it.
+    /// Vehicle reduced to the axis of the design: in the vertical plane, or with lateral motion.
     pub vehicle: Vehicle,
-    /// The vehicle in the vertical plane, which is in level trim.
+    /// Vehicle in the vertical plane, for level trim.
     pub plane: Vehicle,
-    /// The vehicle as its file has it.
+    /// Vehicle in six degrees of freedom, as in its file.
     pub whole: Vehicle,
-    /// The design.
+    /// Design file of the axis.
     pub design: DesignFile,
-    /// The uncertain coefficients of the design, in the order of the vehicle file.
+    /// Uncertain coefficients of the design, in the order of the vehicle file.
     pub uncertain: Vec<UncertainParameter>,
-    /// The hashes of the vehicle file, and of the design file with the changes from the command line.
+    /// Hashes of the vehicle file, and of the design file with the changes from the command line.
     pub hashes: InputHashes,
 }
 
 impl Inputs {
-    /// Half range of the gain of every actuator, relative; 0 if it is not uncertain.
+    /// Returns the relative half range of the gain of every actuator; 0 if it is not uncertain.
     pub fn actuator_gain(&self) -> f64 {
         self.design.uncertainty.as_ref().map_or(0.0, |u| u.actuator_gain)
     }
 
-    /// The vehicle as the design has it.
+    /// Returns the vehicle in the level flight of the design.
     pub fn axis(&self) -> LevelFlight<'_> {
         let Self { vehicle, plane, design: file, uncertain, .. } = self;
         LevelFlight { vehicle, plane, file, uncertain }
     }
 
-    /// Whether the design declares anything uncertain.
+    /// Returns `true` if the design declares anything uncertain.
     pub fn is_uncertain(&self) -> bool {
         !self.uncertain.is_empty() || self.actuator_gain() != 0.0
     }
 
-    /// The minimum and the maximum output of each actuator.
+    /// Returns the minimum and the maximum output of each actuator.
     pub fn limits(&self) -> Vec<(f64, f64)> {
         self.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect()
     }
 
-    /// A vehicle and a design created in memory, identified by a hash of their content.
+    /// Combines a vehicle and a design created in memory, identified by a hash of their content.
     ///
     /// # Errors
     /// [`InputError`]: an actuator name that the FMUs use, or an uncertain coefficient that the vehicle does not have.
@@ -80,11 +80,11 @@ impl Inputs {
         Ok(Self::of(parsed.0, vec![parsed.1], hashes(vehicle, design), files)?.remove(0))
     }
 
-    /// The axes of a vehicle and the text of a design file that is not written yet; `files` are the names of both in
-    /// messages.
+    /// Parses the text of a design file that is not written yet into the axes of a vehicle; `files` are the names of
+    /// both in messages.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and that of the text.
+    /// The errors of [`new`](Self::new), and those of the text.
     pub fn parse_axes(
         vehicle: &Vehicle,
         design: &str,
@@ -121,32 +121,32 @@ impl Inputs {
         Ok(axes)
     }
 
-    /// As [`read_axes`](Self::read_axes), of a design with one axis.
+    /// Reads a design with one axis; see [`read_axes`](Self::read_axes).
     ///
     /// # Errors
-    /// As [`read_axes`](Self::read_axes); [`InputError::SeveralAxes`].
+    /// The errors of [`read_axes`](Self::read_axes); [`InputError::SeveralAxes`].
     pub fn read(directory: &Path, name: &str) -> Result<Self, InputError> {
         Self::read_axis(directory, name, None)
     }
 
-    /// As [`read_axes`](Self::read_axes), of the axis that steers what is named, or the only one.
+    /// Reads the axis that steers the named signal, or the only one; see [`read_axes`](Self::read_axes).
     ///
     /// # Errors
-    /// As [`read_axes`](Self::read_axes); [`InputError::NoAxis`], [`InputError::SeveralAxes`].
+    /// The errors of [`read_axes`](Self::read_axes); [`InputError::NoAxis`], [`InputError::SeveralAxes`].
     pub fn read_axis(directory: &Path, name: &str, axis: Option<&str>) -> Result<Self, InputError> {
         let mut axes = Self::read_axes(directory, name)?;
         let steered: Vec<&str> = axes.iter().map(|inputs| inputs.design.steered()).collect();
-        let (file, axes_there) = (axes[0].design.file.clone(), steered.join(", "));
-        let place = match axis {
+        let (file, available) = (axes[0].design.file.clone(), steered.join(", "));
+        let index = match axis {
             Some(axis) => steered.iter().position(|one| *one == axis).ok_or_else(|| InputError::NoAxis {
                 file,
                 found: axis.to_owned(),
-                axes: axes_there,
+                axes: available,
             })?,
-            None if axes.len() > 1 => return Err(InputError::SeveralAxes { file, axes: axes_there }),
+            None if axes.len() > 1 => return Err(InputError::SeveralAxes { file, axes: available }),
             None => 0,
         };
-        Ok(axes.swap_remove(place))
+        Ok(axes.swap_remove(index))
     }
 
     /// Checks a vehicle and the designs of its axes against each other; `files` are their names in messages.
@@ -165,15 +165,15 @@ impl Inputs {
             Self::of_axis([&whole, &plane, vehicle], design, hashes.clone(), files[1])
         };
         let mut axes: Vec<Self> = designs.into_iter().zip(&vehicles).map(one).collect::<Result<_, _>>()?;
-        // In whatever order they stand in the file: what holds level flight comes first.
+        // The axis of level flight comes first, whatever the order in the file.
         axes.sort_by_key(|axis| axis.design.view().is_level_held);
         Ok(axes)
     }
 
-    /// The same vehicle with another design of the axis, identified by a hash of its content.
+    /// Returns the same vehicle with another design of the axis, identified by a hash of its content.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// The errors of [`new`](Self::new).
     pub fn redesigned(&self, design: DesignFile) -> Result<Self, InputError> {
         let design_sha256 = sha256(&format!("{design:?}"));
         let hashes = InputHashes { design_sha256, ..self.hashes.clone() };
@@ -184,8 +184,8 @@ impl Inputs {
         })
     }
 
-    /// Checks the design of an axis against the vehicle: as its file has it, in the vertical plane, and as the axis has
-    /// it; `file` is for messages.
+    /// Checks the design of an axis against the vehicle in six degrees of freedom, in the vertical plane, and reduced
+    /// to the axis; `file` is for messages.
     fn of_axis(
         [whole, plane, vehicle]: [&Vehicle; 3],
         mut design: DesignFile,
@@ -215,7 +215,7 @@ impl Inputs {
         })
     }
 
-    /// The inputs with another bandwidth w_b of every W_e \[rad/s\], which the paper tunes in its Fig. 5.
+    /// Returns the inputs with another bandwidth w_b of every W_e \[rad/s\], which the paper tunes in its Fig. 5.
     ///
     /// # Errors
     /// [`InputError::Bandwidth`].
@@ -223,23 +223,23 @@ impl Inputs {
         if !BANDWIDTH.allows(bandwidth) {
             return Err(InputError::Bandwidth { found: bandwidth });
         }
-        let both = format!("{} and bandwidth = {bandwidth:?}", self.hashes.design_sha256);
-        self.hashes.design_sha256 = sha256(&both);
+        let text_with_change = format!("{} and bandwidth = {bandwidth:?}", self.hashes.design_sha256);
+        self.hashes.design_sha256 = sha256(&text_with_change);
         self.design = self.design.with_bandwidth(bandwidth);
         Ok(self)
     }
 
-    /// The inputs with a given controller, read from a text.
+    /// Returns the inputs with a given controller, read from a text.
     #[must_use]
     pub fn with_controller(mut self, controller: Pid, text: &str) -> Self {
-        let both = format!("{} and controller {}", self.hashes.design_sha256, sha256(text));
-        self.hashes.design_sha256 = sha256(&both);
+        let text_with_change = format!("{} and controller {}", self.hashes.design_sha256, sha256(text));
+        self.hashes.design_sha256 = sha256(&text_with_change);
         self.design = self.design.renamed(&stem(Path::new(&controller.file)));
         self.design.controller = Some(controller);
         self
     }
 
-    /// The first file whose hash differs from these.
+    /// Returns the first file whose hash differs from these.
     pub fn changed_since(&self, hashes: &InputHashes) -> Option<&'static str> {
         if self.hashes.vehicle_sha256 != hashes.vehicle_sha256 {
             return Some("the vehicle file");
@@ -248,7 +248,7 @@ impl Inputs {
     }
 }
 
-/// The vehicle as an axis of a view has it; the names of its file and of the design's are for messages.
+/// Reduces a vehicle to an axis of a view; the names of its file and of the design's are for messages.
 ///
 /// # Errors
 /// [`InputError::NoLateral`], [`InputError::NothingActs`].
@@ -284,7 +284,7 @@ fn check_states(design: &DesignFile, file: &str) -> Result<(), InputError> {
     Err(InputError::GivenSpeed { file: file.into(), key })
 }
 
-/// The name of a file without its extension.
+/// Name of a file without its extension.
 fn stem(path: &Path) -> String {
     path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into_owned())
 }
@@ -294,12 +294,12 @@ fn design_path(directory: &Path, name: &str) -> PathBuf {
     directory.join(file)
 }
 
-/// The hashes of the texts of a vehicle and a design.
+/// Hashes of the texts of a vehicle and a design.
 fn hashes(vehicle: &str, design: &str) -> InputHashes {
     InputHashes { vehicle_sha256: sha256(vehicle), design_sha256: sha256(design) }
 }
 
-/// The SHA-256 of a text, in hexadecimal.
+/// Returns the SHA-256 of a text, in hexadecimal.
 pub fn sha256(text: &str) -> String {
     Sha256::digest(text).iter().map(|b| format!("{b:02x}")).collect()
 }
@@ -308,12 +308,12 @@ pub fn sha256(text: &str) -> String {
 pub(crate) mod tests {
     use super::*;
 
-    /// A shipped vehicle with one of its designs.
+    /// Reads a shipped vehicle with one of its designs.
     pub(crate) fn shipped(vehicle: &str, design: &str) -> Inputs {
         shipped_axis(vehicle, design, None)
     }
 
-    /// A shipped vehicle with an axis of one of its designs.
+    /// Reads a shipped vehicle with an axis of one of its designs.
     pub(crate) fn shipped_axis(vehicle: &str, design: &str, axis: Option<&str>) -> Inputs {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         Inputs::read_axis(&vehicles.join(vehicle), design, axis).unwrap()

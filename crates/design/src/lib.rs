@@ -1,11 +1,11 @@
-//! From a vehicle and the requirements on its autopilot to a proved controller, stage by stage.
+//! Design of a proved controller from a vehicle and the requirements on its autopilot, stage by stage.
 //!
 //! ```text
 //! inputs -> linearise -> fit -> augment -> synthesise -> check -> certify -> freeze -> verdict -> store
 //! ```
 //!
-//! [`run::run`] runs all of them; each stage is a module of that name. Nothing here prints, plots or packs: progress is
-//! reported by callbacks ([`squid_base::progress::Progress`]), and the result is a value ([`run::Finished`]).
+//! [`run::run`] runs all of them; each stage is a module of that name. The crate does not print, plot or pack: progress
+//! is reported by callbacks ([`squid_base::progress::Progress`]), and the result is a value ([`run::Finished`]).
 
 pub mod augment;
 pub mod axis;
@@ -22,7 +22,7 @@ pub mod synthesise;
 pub mod uncertain;
 pub mod verdict;
 
-/// The example in the guide, compiled by the documentation tests.
+/// Example in the guide, compiled by the documentation tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/guide.md")]
 struct Guide;

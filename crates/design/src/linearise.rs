@@ -17,19 +17,19 @@ use squid_scheduled::{ReferenceLimits, Sensor};
 use squid_signals::{Interface, States};
 use std::collections::BTreeMap;
 
-/// The number of speeds of a trim table, evenly spaced over the range of a design; its trims lie on one branch.
+/// Number of speeds of a trim table, evenly spaced over the range of a design; its trims lie on one branch.
 pub const TRIM_ROWS: usize = 101;
 
-/// A vehicle in the level flight of a design file, as one axis has it.
+/// Vehicle in the level flight of a design file, reduced to one axis.
 #[derive(Debug, Clone, Copy)]
 pub struct LevelFlight<'a> {
-    /// The vehicle as the axis has it.
+    /// Vehicle reduced to the axis.
     pub vehicle: &'a Vehicle,
-    /// The vehicle in the vertical plane, which is in trim: the same for surge, heave and pitch.
+    /// Vehicle in the vertical plane, which is in trim: the same for surge, heave and pitch.
     pub plane: &'a Vehicle,
-    /// The design file: its depth, its pitch in trim, its waves, and what it measures.
+    /// Design file: its depth, its pitch in trim, its waves, and its measurements.
     pub file: &'a DesignFile,
-    /// The uncertain coefficients of the design.
+    /// Uncertain coefficients of the design.
     pub uncertain: &'a [UncertainParameter],
 }
 
@@ -47,14 +47,14 @@ impl VehicleModel for LevelFlight<'_> {
     }
 
     fn states(&self) -> States {
-        (self.file.view().states)(self.vehicle, &|place| self.file.uses(place))
+        (self.file.view().states)(self.vehicle, &|index| self.file.uses(index))
     }
 
     fn actuators(&self) -> &[Actuator] {
         &self.vehicle.actuators
     }
 
-    /// An axis beside level flight takes the speed as the other one makes it.
+    /// Lateral axes do not control the speed; that is the task of the axis of level flight.
     fn speed_given(&self) -> bool {
         self.file.view().is_level_held || self.vehicle.coefficients.surge.is_given()
     }
@@ -92,7 +92,7 @@ impl VehicleModel for LevelFlight<'_> {
 }
 
 impl LevelFlight<'_> {
-    /// The ends of the envelope at increasing speeds, nose down and up, of references of pitch or of depth.
+    /// Returns the ends of the envelope at increasing speeds, nose down and up, for references of pitch or of depth.
     ///
     /// # Errors
     /// [`ModelError::Trim`].
@@ -101,18 +101,18 @@ impl LevelFlight<'_> {
         Ok(self.level(speeds)?.iter().map(both).collect())
     }
 
-    /// The level trims at increasing speeds, on one branch.
+    /// Returns the level trims at increasing speeds, on one branch.
     ///
     /// # Errors
     /// [`ModelError::Trim`]: no trim at a speed, or trims that do not lie on one branch.
     pub fn level(&self, speeds: &[f64]) -> Result<Vec<Trim>, ModelError> {
         let (depth, pitch) = self.file.level();
         let found = trims(self.plane, depth, speeds, pitch).map_err(ModelError::Trim)?;
-        Ok(found.into_iter().map(|trim| self.own(trim)).collect())
+        Ok(found.into_iter().map(|trim| self.axis_trim(trim)).collect())
     }
 
-    /// A trim with the outputs of the axis: those beside level flight are at 0 in it.
-    fn own(&self, trim: Trim) -> Trim {
+    /// Adapts a trim to the actuators of the axis: those of a lateral axis are at 0.
+    fn axis_trim(&self, trim: Trim) -> Trim {
         if self.file.view().is_level_held {
             Trim { actuators: vec![0.0; self.vehicle.actuators.len()], ..trim }
         } else {
@@ -129,7 +129,7 @@ impl LevelFlight<'_> {
     pub fn at(&self, speed: f64) -> Result<squid_auv::Linearisation, ModelError> {
         let (depth, pitch) = self.file.level();
         let level = trim_with(self.plane, Speed::Path(speed), depth, pitch).map_err(ModelError::Trim)?;
-        let still = linearise_with(self.vehicle, &self.own(level), self.states())?;
+        let still = linearise_with(self.vehicle, &self.axis_trim(level), self.states())?;
         match self.file.sea.as_ref().zip(self.vehicle.geometry) {
             None => Ok(still),
             Some((sea, geometry)) => {
@@ -140,7 +140,7 @@ impl LevelFlight<'_> {
 }
 
 impl Linearisation {
-    /// The motion of a vehicle with these actuators.
+    /// Returns the motion of a vehicle with these actuators.
     pub fn of(l: &squid_auv::Linearisation, actuators: &[Actuator]) -> Self {
         Self {
             a: l.a.clone(),
@@ -178,7 +178,7 @@ pub fn linearise_vehicle(
     Ok(linearise(vehicle, &level)?)
 }
 
-/// Trim, A, B and eigenvalues at one speed as JSON.
+/// Returns trim, A, B and eigenvalues at one speed as JSON.
 pub fn to_json(vehicle: &Vehicle, l: &squid_auv::Linearisation) -> Value {
     let t = &l.trim;
     let outputs = vehicle.actuators.iter().zip(&t.actuators);
@@ -199,18 +199,18 @@ pub fn to_json(vehicle: &Vehicle, l: &squid_auv::Linearisation) -> Value {
     })
 }
 
-/// `[A B]`.
+/// Returns `[A B]`.
 pub fn stacked(a: &Mat, b: &Mat) -> Mat {
     block(&[&[a, b]])
 }
 
-/// A and B from `[A B]`.
+/// Splits `[A B]` into A and B.
 pub fn split(stacked: &Mat) -> (Mat, Mat) {
     let (n, columns) = stacked.shape();
     (stacked.columns(0, n).into_owned(), stacked.columns(n, columns - n).into_owned())
 }
 
-/// `[A B]`, or other rows with columns for states and inputs, with inputs in units of their reach.
+/// Scales `[A B]`, or other rows with columns for states and inputs, to inputs in units of their reach.
 pub fn scaled(actuators: &[Actuator], mut stacked: Mat) -> Mat {
     let n = stacked.ncols() - actuators.len();
     for (j, actuator) in actuators.iter().enumerate() {

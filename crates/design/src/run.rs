@@ -28,26 +28,26 @@ use squid_lpv::synthesis::Design;
 use squid_proof::claim::Proof;
 use squid_scheduled::InputHashes;
 
-/// A design with the results of all stages.
+/// Design with the results of all stages.
 #[derive(Debug, Clone)]
 pub struct Finished {
-    /// The vehicle's LPV model.
+    /// LPV model of the vehicle.
     pub model: Model,
-    /// The generalised plant.
+    /// Generalised plant.
     pub plant: GeneralisedPlant,
-    /// The controller and its gammas.
+    /// Controller and its gammas.
     pub design: Design,
-    /// The results of the checks.
+    /// Results of the checks.
     pub checks: Checks,
-    /// The certificate, or why there is none.
+    /// Certificate, or the reason why there is none.
     pub proof: Result<Proof, String>,
-    /// The certificate of the sampled loop, or why there is none.
+    /// Certificate of the sampled loop, or the reason why there is none.
     pub sampled: Result<Proof, String>,
-    /// The contents of the frozen files.
+    /// Contents of the frozen files.
     pub frozen: Frozen,
-    /// The robust design, if requested.
+    /// Robust design, if requested.
     pub robust: Option<Robust>,
-    /// The requirements and what is achieved.
+    /// Requirements and achieved figures.
     pub verdict: Verdict,
 }
 
@@ -59,19 +59,19 @@ pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
     run_with(inputs, progress, false)
 }
 
-/// As [`run`], with a robust controller in place of the nominal one if `with_robust`; see
+/// Runs all stages like [`run`], with a robust controller in place of the nominal one if `with_robust`; see
 /// [`crate::synthesise::robust`].
 ///
 /// # Errors
-/// As [`run`], and the errors of [`robust`].
+/// The errors of [`run`] and of [`robust`].
 pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Result<Finished, Error> {
     if with_robust && inputs.design.controller.is_some() {
         let (file, what) = (inputs.design.file.clone(), "there is no robust one to look for");
         return Err(InputError::GivenController { file, what }.into());
     }
     progress.done("vehicle", &vehicle_line(inputs));
-    for words in inputs.doubts() {
-        progress.done("", &format!("WARNING: {words}"));
+    for text in inputs.doubts() {
+        progress.done("", &format!("WARNING: {text}"));
     }
     let (vehicle, file) = (&inputs.axis(), &inputs.design);
     progress.done("design", &format!("{}: {}", file.source(), file.description));
@@ -81,14 +81,14 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     progress.done("fit", &fit_line(inputs, &model));
     progress.done("LFT", &lft_line(&model));
     let plant = augmented(vehicle, file, &model, progress)?;
-    for words in authority::remarks(&inputs.vehicle.actuators, file, &model) {
-        progress.done("", &words);
+    for text in authority::remarks(&inputs.vehicle.actuators, file, &model) {
+        progress.done("", &text);
     }
     let nominal = synthesise(&inputs.vehicle.actuators, file, &plant, progress)?;
     let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;
     let judge = Judge { inputs, model: &model, plant: &plant };
     let Judged { axis, verdict } = match &robust {
-        Some(robust) => judge.told(robust.design.clone(), progress)?,
+        Some(robust) => judge.assess(robust.design.clone(), progress)?,
         None => judge.smallest(nominal, progress)?,
     };
     let FinishedAxis { synthesised, checks, proof, sampled, controller } = axis;
@@ -100,7 +100,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
 /// Runs the stages of an axis of any vehicle, from its linear models to the frozen, proved controller.
 ///
 /// # Errors
-/// As [`run`].
+/// The errors of [`run`].
 pub fn run_axis(
     vehicle: &dyn VehicleModel,
     file: &DesignFile,
@@ -116,7 +116,7 @@ pub fn run_axis(
     proved(vehicle, file, hashes, Synthesised { model, plant, design }, progress)
 }
 
-/// The generalised plant of a model that actuators and measurements reach.
+/// Generalised plant of a model that is controllable by the actuators and observable from the measurements.
 fn augmented(
     vehicle: &dyn VehicleModel,
     file: &DesignFile,

@@ -1,4 +1,4 @@
-//! The output directory of a design: its files, written and read back.
+//! Output directory of a design: its files, written and read back.
 //!
 //! | file | what |
 //! |---|---|
@@ -7,9 +7,9 @@
 //! | `manoeuvre.json` | the default manoeuvre of the FMU of the complete loop |
 //! | `certificate.json` | the proof of the gain bound, if there is one |
 //! | `design.json` | the figures of the design |
-//! | `robust.json` | of a robust design: the figures of the nominal and the robust controller |
+//! | `robust.json` | for a robust design: the figures of the nominal and the robust controller |
 //! | `sampled_certificate.json` | the proof of the gain bound of the sampled loop, if there is one |
-//! | `robust_certificate.json` | of a robust design: the proof of the gain bound with uncertainty |
+//! | `robust_certificate.json` | for a robust design: the proof of the gain bound with uncertainty |
 //! | `constant_certificate.json` | with `--constant`: the proof of the gain bound for constant coefficients |
 //! | `.squid-vehicle` | the vehicle's directory, so that a vehicle of the same name does not replace the design |
 //! | `.squid-lock` | empty; locked while the others are written or read, so that all belong to one design |
@@ -45,7 +45,7 @@ use squid_scheduled::Manoeuvre;
 use squid_signals::States;
 use std::path::{Path, PathBuf};
 
-/// The default directory of an autopilot: `build/VEHICLE/DESIGN`.
+/// Returns the default directory of an autopilot: `build/VEHICLE/DESIGN`.
 pub fn default_directory(inputs: &Inputs) -> PathBuf {
     let name: String = inputs
         .design
@@ -58,56 +58,57 @@ pub fn default_directory(inputs: &Inputs) -> PathBuf {
     Path::new("build").join(vehicle).join(name)
 }
 
-/// The directory of the files of an axis, in that of its autopilot: a folder, or that itself for one of one axis.
+/// Returns the directory of the files of an axis: a folder in that of its autopilot, or that itself if there is one
+/// axis.
 pub fn axis_directory(directory: &Path, inputs: &Inputs) -> PathBuf {
     inputs.design.axis.map_or_else(|| directory.to_owned(), |_| directory.join(inputs.design.steered()))
 }
 
-/// The directory of the source of an axis, in C, whose design is stored in a directory.
+/// Returns the directory of the source of an axis, in C, whose design is stored in a directory.
 pub fn source_directory(directory: &Path, inputs: &Inputs) -> PathBuf {
     let autopilot = inputs.design.axis.and_then(|_| directory.parent()).unwrap_or(directory);
     axis_directory(&autopilot.join("c"), inputs)
 }
 
-/// The frozen files of a design.
+/// Frozen files of a design.
 #[derive(Debug, Clone)]
 pub struct Stored {
-    /// The frozen controller.
+    /// Frozen controller.
     pub controller: ControllerDesign,
-    /// The frozen LPV model, of surge, heave and pitch alone.
+    /// Frozen LPV model; only for surge, heave and pitch.
     pub plant: Option<LpvModel>,
-    /// The default manoeuvre.
+    /// Default manoeuvre.
     pub manoeuvre: Manoeuvre,
-    /// The text of the certificate, or why there is none.
+    /// Text of the certificate, or the reason why there is none.
     pub certificate: Result<String, String>,
-    /// The text of the certificate of the sampled loop, if there is one.
+    /// Text of the certificate of the sampled loop, if there is one.
     pub sampled: Option<String>,
     /// Figures and certificate of a robust design, if there is one.
     pub robust: Option<StoredRobust>,
-    /// The rows of the verdict that could be read.
+    /// Readable rows of the verdict.
     pub rows: Vec<StoredRow>,
-    /// What is proved of it beside another design.
+    /// Proved coupling with the design of another axis.
     pub coupling: Option<StoredCoupling>,
 }
 
-/// What is proved of a design together with another.
+/// Proved coupling of a design with that of another axis.
 #[derive(Debug, Clone)]
 pub struct StoredCoupling {
-    /// The text of the certificate of its own axis.
+    /// Text of the certificate of this axis.
     pub certificate: String,
-    /// What both prove, in words.
+    /// Text of the claim of both certificates.
     pub words: String,
 }
 
 impl Stored {
-    /// What the design misses of its requirements, in words; `None` if nothing is known to be missed.
+    /// Describes the missed requirements; `None` if none is known to be missed.
     pub fn missed(&self) -> Option<String> {
         let missed = self.rows.iter().filter(|row| row.outcome == Outcome::Missed);
         let names: Vec<&str> = missed.map(|row| row.what.as_str()).collect();
         (!names.is_empty()).then(|| format!("requirements MISSED: {}", names.join("; ")))
     }
 
-    /// A design that was just made, without its certificate: enough for flights and comparisons.
+    /// Returns a new design without its certificate: sufficient for flights and comparisons.
     pub fn of(frozen: &Frozen, inputs: &Inputs) -> Self {
         Self {
             controller: frozen.controller.clone(),
@@ -148,18 +149,18 @@ impl Stored {
         sampled::check_controller(&self.controller, design.delay_ticks(), &certificate)
             .map_err(|e| e.to_string())?;
         let model = Model::new(&vehicle, design).map_err(|e| e.to_string())?;
-        let of_plant =
+        let is_sampled_plant =
             sampled::check_inputs(&certificate, &vehicle, design, &model).map_err(|e| e.to_string())?;
-        of_plant.ok_or("its plant is not sampled")?;
+        is_sampled_plant.ok_or("its plant is not sampled")?;
         certificate.prove().map_err(|e| e.to_string())
     }
 
-    /// The warning for a design whose proof fails.
+    /// Returns the warning for a design whose proof fails.
     pub fn unproved(&self, inputs: &Inputs) -> Option<String> {
         self.remark(&self.prove(inputs))
     }
 
-    /// As [`Stored::unproved`], for the result of an earlier proof.
+    /// Returns the warning of [`Stored::unproved`] for the result of an earlier proof.
     pub fn remark(&self, proof: &Result<Theorem, String>) -> Option<String> {
         let reason = match proof {
             Ok(_) if self.controller.gamma.certified => return None,
@@ -169,8 +170,8 @@ impl Stored {
         Some(format!("NOT PROVED: {reason}"))
     }
 
-    /// Checks what the proof does not cover: the plant and the ball of the certificate, scales and trims, the frozen
-    /// loops.
+    /// Checks the facts that the proof does not cover: the plant and the ball of the certificate, scales and trims, the
+    /// frozen loops.
     fn check_unproved_parts(&self, inputs: &Inputs, certificate: &Certificate) -> Result<(), Error> {
         let model = Model::new(&inputs.axis(), &inputs.design)?;
         verify::check_inputs(certificate, &inputs.axis(), &inputs.design, &model)?;
@@ -182,24 +183,24 @@ impl Stored {
     }
 }
 
-/// The figures of a design in `design.json`.
+/// Figures of a design in `design.json`.
 #[derive(Debug, Serialize)]
 struct Figures<'a> {
     vehicle: &'a str,
     status: &'a str,
     design: &'a str,
-    /// The prefix of the FMUs' names: IDENTIFIER.fmu, IDENTIFIER_plant.fmu, IDENTIFIER_controller.fmu.
+    /// Prefix of the FMUs' names: IDENTIFIER.fmu, IDENTIFIER_plant.fmu, IDENTIFIER_controller.fmu.
     fmu_identifier: String,
     gamma_optimum: f64,
     gamma_design: f64,
     gamma_bound: f64,
     back_off: f64,
-    /// The regularisation of the plant for the synthesis.
+    /// Regularisation of the plant for the synthesis.
     #[serde(skip_serializing_if = "Option::is_none")]
     added_for_the_design: Option<String>,
     gamma_bound_with_model_error: Option<f64>,
     model_error: Option<f64>,
-    /// The bound of the sampled loop, for a speed that is constant between ticks.
+    /// Bound of the sampled loop, for a speed that is constant between ticks.
     gamma_bound_sampled: Option<f64>,
     not_certified_sampled_because: Option<&'a str>,
     certified: bool,
@@ -227,7 +228,7 @@ struct FitFigures {
     frequency_response: ResponseFigures,
 }
 
-/// The largest relative errors of the frequency response, as in [`crate::fit::frequency::Errors`].
+/// Largest relative errors of the frequency response; see [`crate::fit::frequency::Errors`].
 #[derive(Debug, Serialize)]
 struct ResponseFigures {
     scaled: f64,
@@ -287,9 +288,9 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
         Some(found) => found.add_to(&mut files, directory)?,
         None => stored::remove_from(&mut files, directory),
     }
-    // It belongs to another controller.
+    // An existing certificate belongs to another controller.
     files.remove(to(constant::CERTIFICATE));
-    // Last, because `load` relies on its hashes.
+    // The controller is added last, because `load` relies on its hashes.
     files.add(to("controller.json"), finished.frozen.controller.to_json()?);
     Ok(files.save(directory)?)
 }
@@ -301,7 +302,7 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
 /// design file has changed.
 pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     let path = directory.join("controller.json");
-    let _held = reading(&path);
+    let _lock = reading(&path);
     if !path.is_file() {
         return Err(StoreError::NotDesigned { directory: directory.display().to_string() }.into());
     }
@@ -331,7 +332,7 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     Ok(Stored { controller, plant, manoeuvre, certificate, sampled, robust, rows, coupling: None })
 }
 
-/// The stored LPV model.
+/// Reads the stored LPV model.
 fn lpv_model(directory: &Path) -> Result<LpvModel, Error> {
     let path = directory.join("plant.json");
     let file = path.display().to_string();
@@ -342,21 +343,21 @@ fn lpv_model(directory: &Path) -> Result<LpvModel, Error> {
     Ok(found)
 }
 
-/// The figures of a stored design; `None` if they cannot be read.
-fn written(directory: &Path) -> Option<Value> {
+/// Reads the figures of a stored design; `None` if they cannot be read.
+fn stored_figures(directory: &Path) -> Option<Value> {
     serde_json::from_str(&read(&directory.join("design.json")).ok()?).ok()
 }
 
-/// The stored verdict.
+/// Reads the stored verdict.
 fn rows(directory: &Path) -> Vec<StoredRow> {
-    let figures = written(directory).unwrap_or_default();
+    let figures = stored_figures(directory).unwrap_or_default();
     let rows = figures["verdict"]["rows"].as_array().into_iter().flatten();
     rows.filter_map(|row| serde_json::from_value(row.clone()).ok()).collect()
 }
 
-/// The stored reason for a missing proof.
+/// Reads the stored reason for a missing proof.
 fn why_not_certified(directory: &Path) -> String {
-    let figures = written(directory).unwrap_or_default();
+    let figures = stored_figures(directory).unwrap_or_default();
     figures["not_certified_because"].as_str().map_or_else(String::new, |reason| format!(": {reason}"))
 }
 

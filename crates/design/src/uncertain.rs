@@ -1,13 +1,12 @@
-//! The vehicle with its uncertain coefficients: an LFT of the linear model at each speed, and one over the entire
-//! range.
+//! Vehicle with its uncertain coefficients: an LFT of the linear model at each speed, and one over the entire range.
 //!
 //! ```text
 //! x' = A x + Bd wd + B u,   zd = Cd x + Ddd wd + Dd2 u,   wd = blkdiag(delta_i I_ri) zd,   |delta_i| <= 1
 //! ```
 //!
-//! At a trim the motion is `M(c) x' = C(c) x + D(c) u` with M, C and D affine in each coefficient c, and the LFT of `[A
-//! B] = M^-1 [C D]` is exact. A coefficient also changes the trim, on which the motion depends. That effect is modelled
-//! to first order by further parameters, the incidence and the outputs of actuators at trim; see
+//! The motion about a trim is `M(c) x' = C(c) x + D(c) u` with M, C and D affine in each coefficient c, and the LFT of
+//! `[A B] = M^-1 [C D]` is exact. A coefficient also changes the trim, on which the motion depends. That effect is
+//! modelled to first order by further parameters, the incidence and the outputs of actuators at trim; see
 //! [`crate::uncertain::trim`].
 //!
 //! Source of the descriptor form: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, ch. 10.
@@ -33,27 +32,28 @@ use crate::uncertain::reduce::minimal;
 use crate::uncertain::trim::{TrimRange, blocks, trim_range};
 use squid_auv::Linearisation;
 
-/// The accuracy of the uncertain model over the range of speed; higher accuracy needs more channels.
+/// Accuracy of the uncertain model over the range of speed; higher accuracy needs more channels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fidelity {
-    /// Effects of the trim below this, relative to `[C D]`, are left out; and the relative accuracy of the polynomials
-    /// in rho for the uncertain parts.
+    /// Size, relative to `[C D]`, below which effects of the trim are left out; also the relative accuracy of the
+    /// polynomials in rho for the uncertain parts.
     detail: f64,
-    /// The allowed order of the polynomials above the design's.
+    /// Allowed order of the polynomials above the design's.
     extra_order: usize,
 }
 
 impl Fidelity {
-    /// Few channels, and at delta = 0 the plant of the design: for inequalities with many unknowns per channel.
+    /// Fidelity with few channels and, at delta = 0, the plant of the design: for inequalities with many unknowns per
+    /// channel.
     pub const COARSE: Self = Self { detail: 3e-3, extra_order: 0 };
 
-    /// A fifth to a seventh of the error, with 40 % more channels (Squid, REMUS 100): for analyses that cover the
-    /// error.
+    /// Fidelity with a fifth to a seventh of the error and 40 % more channels (Squid, REMUS 100): for analyses that
+    /// cover the error.
     pub const FINE: Self = Self { detail: 3e-4, extra_order: 1 };
 }
 
-/// The uncertain model over the range of speed: a polynomial fit of the linearisations of `model` at delta = 0, and of
-/// the uncertain parts, of the orders that the fidelity allows.
+/// Fits the uncertain model over the range of speed: polynomials for the linearisations of `model` at delta = 0, and
+/// for the uncertain parts, of the orders that the fidelity allows.
 ///
 /// # Errors
 /// [`ModelError::Trim`](crate::error::ModelError::Trim), [`ModelError::System`](crate::error::ModelError::System),

@@ -1,6 +1,6 @@
-//! The verdict on a finished design: the requirements, and what the loop achieves in flight.
+//! Verdict on a finished design: the requirements, and the figures that the loop achieves in flight.
 //!
-//! There are three kinds of figures, each reported with the condition where it is worst:
+//! There are three kinds of figures, each reported with its worst condition:
 //!
 //! ```text
 //! frozen   the sampled loop with the true linearisation at many speeds: margins, steady errors, gust, noise, gain
@@ -26,12 +26,12 @@ use serde::Serialize;
 use squid_scheduled::ControllerDesign;
 use std::fmt::{self, Display, Formatter};
 
-/// The requirements and what is achieved.
+/// Requirements and achieved figures.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
-    /// The table.
+    /// Rows of the table.
     pub rows: Vec<Row>,
-    /// The figures over the range of speed.
+    /// Figures over the range of speed.
     #[serde(flatten)]
     pub found: Found,
 }
@@ -40,7 +40,7 @@ impl Verdict {
     /// Assesses a frozen controller of a design.
     ///
     /// # Errors
-    /// As [`Found::of`].
+    /// The errors of [`Found::of`].
     pub fn of(inputs: &Inputs, controller: &ControllerDesign, effort: Effort) -> Result<Self, Error> {
         Ok(Self::judge(inputs, controller.gamma.bound, Found::of(inputs, controller, effort)?))
     }
@@ -50,11 +50,11 @@ impl Verdict {
         Self { rows: rows::rows(inputs, gamma, &found, &[]), found }
     }
 
-    /// As [`Verdict::of`] for a stored design, but with the slow figures, mu and the gain between the ticks, from the
-    /// stored rows.
+    /// Assesses a stored design like [`Verdict::of`], but with the slow figures, mu and the gain between the ticks,
+    /// from the stored rows.
     ///
     /// # Errors
-    /// As [`Found::of`].
+    /// The errors of [`Found::of`].
     pub fn of_stored(
         inputs: &Inputs,
         controller: &ControllerDesign,
@@ -65,26 +65,26 @@ impl Verdict {
         Ok(Self { rows: rows::rows(inputs, controller.gamma.bound, &found, rows), found })
     }
 
-    /// The rows whose requirement is missed.
+    /// Returns the rows whose requirement is missed.
     pub fn missed(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|row| row.outcome == Outcome::Missed)
     }
 
-    /// Whether every requirement that another verdict of the design meets is met.
+    /// Returns `true` if every requirement that another verdict of the design meets is met.
     pub fn meets_all_of(&self, other: &Self) -> bool {
         self.missed().all(|row| other.missed().any(|missed| missed.what == row.what))
     }
 
-    /// The advice for each missed row, if any, one line each.
+    /// Returns the advice for each missed row, if any, one line each.
     pub fn advice(&self) -> String {
         let line = |row: &Row| {
-            let words = &row.advice.as_ref()?.words;
-            Some(format!("{} {} ({}): {words}", row.what, row.found(), row.required()))
+            let text = &row.advice.as_ref()?.words;
+            Some(format!("{} {} ({}): {text}", row.what, row.found(), row.required()))
         };
         self.missed().filter_map(line).collect::<Vec<_>>().join("\n")
     }
 
-    /// One line: how many requirements are met, and how many missed.
+    /// Returns one line with the numbers of requirements that are met and missed.
     pub fn summary(&self) -> String {
         let count = |outcome| self.rows.iter().filter(|row| row.outcome == outcome).count();
         match count(Outcome::Missed) {
@@ -95,7 +95,7 @@ impl Verdict {
 }
 
 impl Display for Verdict {
-    /// The summary, one line per row, and the advice.
+    /// Writes the summary, one line per row, and the advice.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let cells = |row: &Row| [row.outcome.to_string(), row.what.clone(), row.required(), row.found()];
         let rows: Vec<[String; 4]> = self.rows.iter().map(cells).collect();
@@ -103,9 +103,10 @@ impl Display for Verdict {
         let [outcomes, names, required, found] = [0, 1, 2, 3].map(width);
         f.write_str(&self.summary())?;
         for (row, [outcome, what, limit, value]) in self.rows.iter().zip(&rows) {
-            let place = row.achieved.place();
-            let line =
-                format!("{outcome:<outcomes$}  {what:<names$}  {limit:<required$}  {value:<found$}  {place}");
+            let condition = row.achieved.place();
+            let line = format!(
+                "{outcome:<outcomes$}  {what:<names$}  {limit:<required$}  {value:<found$}  {condition}"
+            );
             write!(f, "\n{}", line.trim_end())?;
         }
         self.advice().lines().try_for_each(|line| write!(f, "\n{line}"))

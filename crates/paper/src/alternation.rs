@@ -1,5 +1,4 @@
-//! Is there a switching signal that makes a loop of two stable controllers unstable? Two neighbours take turns at a
-//! constant speed.
+//! Alternation of two controllers at a constant speed: can switching make a loop of two stable controllers unstable?
 
 use crate::switched::Handover;
 use nalgebra::DVector;
@@ -10,32 +9,32 @@ use squid_lpv::state_space::StateSpace;
 use squid_report::error::Error;
 use squid_report::subject::Subject;
 
-/// The largest growth under alternation.
+/// Largest growth under alternation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alternation {
-    /// The constant speed, midway between those that the two controllers are made for (m/s).
+    /// Constant speed, midway between the design speeds of the two controllers (m/s).
     pub speed: f64,
-    /// How long each is in charge (s).
+    /// Time for which each controller is active (s).
     pub dwell: f64,
-    /// How fast the loop grows (1/s): above 0 it is unstable.
+    /// Growth rate of the loop (1/s): unstable above 0.
     pub rate: f64,
-    /// The longest time in charge at which any pair grows (s), if one does.
+    /// Longest time for which each is active at which any pair grows (s), if one does.
     pub longest: Option<f64>,
-    /// Whether each of the two alone makes a stable loop at this speed.
+    /// `true` if each controller alone makes a stable loop at this speed.
     pub each_stable: bool,
 }
 
-/// Which loop takes the turns.
+/// Loop in which the controllers alternate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loop {
-    /// Sampled, with the lags of the actuators.
+    /// Sampled loop with the lags of the actuators.
     Flying,
-    /// In continuous time.
+    /// Loop in continuous time.
     Ideal,
 }
 
-/// The worst over all pairs of neighbours and all times in charge, with the true linearisation; `None` when there is
-/// no pair.
+/// Returns the worst case over all pairs of neighbours and all times for which each is active, with the true
+/// linearisation; `None` if there is no pair.
 ///
 /// # Errors
 /// [`ModelError::Trim`](squid_design::error::ModelError::Trim);
@@ -51,22 +50,24 @@ pub fn worst_alternation(
     for (k, v) in bank.windows(2).zip(subject.speeds.windows(2)) {
         let speed = 0.5 * (v[0] + v[1]);
         let model = subject.inputs.axis().linearise(speed)?;
-        let turn = match which {
+        let pair = match which {
             Loop::Flying => {
                 let [one, two] = [trapezoidal(&k[0], tick)?, trapezoidal(&k[1], tick)?];
-                Turn::new(&subject.sampling().held(&model), &one, &two, handover)
+                SwitchedPair::new(&subject.sampling().held(&model), &one, &two, handover)
             }
-            Loop::Ideal => Turn::new(&subject.sampling().ideal(&model), &k[0], &k[1], handover).over(tick),
+            Loop::Ideal => {
+                SwitchedPair::new(&subject.sampling().ideal(&model), &k[0], &k[1], handover).over(tick)
+            }
         };
         for dwell in (0..=52).map(|i| 0.05 * 10f64.powf(f64::from(i) / 20.0)) {
             let ticks = (dwell / tick).round().max(1.0);
             let dwell = ticks * tick;
-            let rate = turn.growth(ticks as u32).ln() / (2.0 * dwell);
+            let rate = pair.growth(ticks as u32).ln() / (2.0 * dwell);
             if rate > 0.0 {
                 longest = Some(longest.map_or(dwell, |l: f64| l.max(dwell)));
             }
             if rate.is_finite() && worst.is_none_or(|w| rate > w.rate) {
-                let each_stable = turn.each_stable();
+                let each_stable = pair.each_stable();
                 worst = Some(Alternation { speed, dwell, rate, longest: None, each_stable });
             }
         }
@@ -74,31 +75,31 @@ pub fn worst_alternation(
     Ok(worst.map(|w| Alternation { longest, ..w }))
 }
 
-/// Two controllers on one plant, states \[x, k1, k2\]: the matrices of the motion while each is in charge (and with
-/// the idle controller's states left out), and the jump when the other takes over.
-struct Turn {
-    moves: [Mat; 2],
+/// Two controllers on one plant, states \[x, k1, k2\]: the matrices of the motion while each is active (and without the
+/// idle controller's states), and the jump at the handover.
+struct SwitchedPair {
+    motions: [Mat; 2],
     alone: [Mat; 2],
     jumps: [Mat; 2],
-    /// What the states of a controller that does not run are multiplied by.
-    still: [Mat; 2],
+    /// Factors on the states of a controller that does not run.
+    idle: [Mat; 2],
 }
 
-impl Turn {
-    fn new(wired: &Interconnection, one: &StateSpace, two: &StateSpace, handover: Handover) -> Self {
-        let Interconnection { a, b, measured: c, .. } = wired;
+impl SwitchedPair {
+    fn new(plant: &Interconnection, one: &StateSpace, two: &StateSpace, handover: Handover) -> Self {
+        let Interconnection { a, b, measured: c, .. } = plant;
         let (n, n1, n2) = (a.nrows(), one.a.nrows(), two.a.nrows());
-        let none = Mat::zeros;
-        let runs = if handover == Handover::Parallel { 1.0 } else { 0.0 };
+        let zeros = Mat::zeros;
+        let running = if handover == Handover::Parallel { 1.0 } else { 0.0 };
         let first = block(&[
-            &[&(a + b * &one.d * c), &(b * &one.c), &none(n, n2)],
-            &[&(&one.b * c), &one.a, &none(n1, n2)],
-            &[&(&two.b * c * runs), &none(n2, n1), &(&two.a * runs)],
+            &[&(a + b * &one.d * c), &(b * &one.c), &zeros(n, n2)],
+            &[&(&one.b * c), &one.a, &zeros(n1, n2)],
+            &[&(&two.b * c * running), &zeros(n2, n1), &(&two.a * running)],
         ]);
         let second = block(&[
-            &[&(a + b * &two.d * c), &none(n, n1), &(b * &two.c)],
-            &[&(&one.b * c * runs), &(&one.a * runs), &none(n1, n2)],
-            &[&(&two.b * c), &none(n2, n1), &two.a],
+            &[&(a + b * &two.d * c), &zeros(n, n1), &(b * &two.c)],
+            &[&(&one.b * c * running), &(&one.a * running), &zeros(n1, n2)],
+            &[&(&two.b * c), &zeros(n2, n1), &two.a],
         ]);
         let jump = |from: usize, to: usize, rows: usize| {
             let mut jump = Mat::identity(n + n1 + n2, n + n1 + n2);
@@ -111,36 +112,36 @@ impl Turn {
             jump
         };
         let (at_one, at_two) = (n, n + n1);
-        let still = |from: usize, size: usize| {
-            let held = if runs > 0.0 { 0.0 } else { 1.0 };
+        let idle = |from: usize, size: usize| {
+            let held = if running > 0.0 { 0.0 } else { 1.0 };
             let diagonal = |i: usize| if (from..from + size).contains(&i) { held } else { 0.0 };
             Mat::from_diagonal(&DVector::from_fn(n + n1 + n2, |i, _| diagonal(i)))
         };
         Self {
-            moves: [first, second],
-            alone: [one, two].map(|k| wired.closed(k).a),
+            motions: [first, second],
+            alone: [one, two].map(|k| plant.closed(k).a),
             jumps: [jump(at_one, at_two, n2), jump(at_two, at_one, n1)],
-            still: [still(at_two, n2), still(at_one, n1)],
+            idle: [idle(at_two, n2), idle(at_one, n1)],
         }
     }
 
-    /// Motion in continuous time as steps from tick to tick.
+    /// Discretises a motion in continuous time from tick to tick.
     fn over(mut self, tick: f64) -> Self {
         let step = |m: Mat| (m * tick).exp();
-        (self.moves, self.alone) = (self.moves.map(step), self.alone.map(step));
-        // The exponential leaves what does not move as it is.
-        self.still.iter_mut().for_each(|m| m.fill(0.0));
+        (self.motions, self.alone) = (self.motions.map(step), self.alone.map(step));
+        // The exponential preserves constant states.
+        self.idle.iter_mut().for_each(|m| m.fill(0.0));
         self
     }
 
-    /// Whether each alone makes a stable loop.
+    /// Returns `true` if each controller alone makes a stable loop.
     fn each_stable(&self) -> bool {
         self.alone.iter().all(|a| largest(0.0, eigenvalues(a).iter().map(|v| v.norm())) < 1.0)
     }
 
-    /// The largest modulus of the modes of `J21 A2^ticks J12 A1^ticks`.
+    /// Largest modulus of the modes of `J21 A2^ticks J12 A1^ticks`.
     fn growth(&self, ticks: u32) -> f64 {
-        let [one, two] = [0, 1].map(|i| &self.jumps[i] * (&self.moves[i] + &self.still[i]).pow(ticks));
+        let [one, two] = [0, 1].map(|i| &self.jumps[i] * (&self.motions[i] + &self.idle[i]).pow(ticks));
         largest(0.0, eigenvalues(&(two * one)).iter().map(|v| v.norm()))
     }
 }
@@ -155,8 +156,8 @@ mod tests {
         StateSpace { a: Mat::zeros(0, 0), b: Mat::zeros(0, y), c: Mat::zeros(u, 0), d }
     }
 
-    /// A plant whose controller measures y = r - C x.
-    fn wired(a: Mat, b: Mat, c: Mat) -> Interconnection {
+    /// Plant whose controller measures y = r - C x.
+    fn plant(a: Mat, b: Mat, c: Mat) -> Interconnection {
         let p = c.nrows();
         Interconnection {
             from_references: Mat::zeros(a.nrows(), p),
@@ -168,44 +169,46 @@ mod tests {
         }
     }
 
-    /// Two stable oscillators whose ellipses lie across one another: switching at the right moments makes the state
-    /// grow (D. Liberzon, Switching in Systems and Control, 2003, section 3.1). With K = -A and B = C = I the loop is
-    /// A itself.
+    /// Two stable oscillators with crossing ellipses: switching at the right moments makes the state grow (D. Liberzon,
+    /// Switching in Systems and Control, 2003, section 3.1). The loop is A itself with K = -A and B = C = I.
     #[test]
-    fn two_stable_loops_can_make_an_unstable_one() {
+    fn alternation_of_stable_loops_can_be_unstable() {
         let (one, two) = (dmatrix![-0.1, 1.0; -10.0, -0.1], dmatrix![-0.1, 10.0; -1.0, -0.1]);
-        let plant = wired(Mat::zeros(2, 2), Mat::identity(2, 2), Mat::identity(2, 2));
+        let plant = plant(Mat::zeros(2, 2), Mat::identity(2, 2), Mat::identity(2, 2));
         let quarter = std::f64::consts::FRAC_PI_2 / 10f64.sqrt();
-        let turn = Turn::new(&plant, &gain(-&one), &gain(-&two), Handover::Carried).over(quarter / 50.0);
-        assert!(turn.each_stable());
-        assert!(turn.growth(50) > 5.0, "{}", turn.growth(50));
-        // The same one twice only decays: exp(-0.1 2 quarter).
-        let turn = Turn::new(&plant, &gain(-&one), &gain(-&one), Handover::Reset).over(quarter / 50.0);
-        assert!((turn.growth(50) - (-0.2 * quarter).exp()).abs() < 1e-9);
+        let pair =
+            SwitchedPair::new(&plant, &gain(-&one), &gain(-&two), Handover::Carried).over(quarter / 50.0);
+        assert!(pair.each_stable());
+        assert!(pair.growth(50) > 5.0, "{}", pair.growth(50));
+        // Alternation of one loop with itself only decays: exp(-0.1 2 quarter).
+        let pair =
+            SwitchedPair::new(&plant, &gain(-&one), &gain(-&one), Handover::Reset).over(quarter / 50.0);
+        assert!((pair.growth(50) - (-0.2 * quarter).exp()).abs() < 1e-9);
     }
 
-    /// x' = -u, two integrators in turn: reset, neither ever builds up what the other had; carried, it is one and the
-    /// same loop.
+    /// Two alternating integrators with x' = -u: if reset, each starts without the other's state; if carried over, they
+    /// are the same loop.
     #[test]
-    fn the_handover_makes_the_difference() {
+    fn handover_changes_growth() {
         let integrator =
             StateSpace { a: dmatrix![0.0], b: dmatrix![1.0], c: dmatrix![1.0], d: dmatrix![1.0] };
-        let plant = wired(dmatrix![0.0], dmatrix![1.0], dmatrix![1.0]);
-        let growth = |handover| Turn::new(&plant, &integrator, &integrator, handover).over(0.02).growth(50);
-        // x' = -x + k, k' = -x: modes (-1 +- j sqrt 3)/2, so over two seconds they shrink by exp(-1).
+        let plant = plant(dmatrix![0.0], dmatrix![1.0], dmatrix![1.0]);
+        let growth =
+            |handover| SwitchedPair::new(&plant, &integrator, &integrator, handover).over(0.02).growth(50);
+        // x' = -x + k, k' = -x: modes (-1 +- j sqrt 3)/2, so over two seconds they decay by exp(-1).
         assert!((growth(Handover::Carried) - (-1f64).exp()).abs() < 1e-9);
         assert!((growth(Handover::Reset) - growth(Handover::Carried)).abs() > 0.1);
     }
 
-    /// From tick to tick: x+ = 0.5 x + u with u = k y, y = -x, so that K = -0.4 and K = 0.2 make modes 0.9 and 0.3;
-    /// three ticks of each in turn.
+    /// Three ticks of each controller: x+ = 0.5 x + u with u = k y, y = -x, so that K = -0.4 and K = 0.2 give modes 0.9
+    /// and 0.3.
     #[test]
-    fn ticks_are_counted() {
-        let plant = wired(dmatrix![0.5], dmatrix![1.0], dmatrix![1.0]);
+    fn growth_counts_ticks() {
+        let plant = plant(dmatrix![0.5], dmatrix![1.0], dmatrix![1.0]);
         for handover in [Handover::Reset, Handover::Carried, Handover::Parallel] {
-            let turn = Turn::new(&plant, &gain(dmatrix![-0.4]), &gain(dmatrix![0.2]), handover);
-            assert!(turn.each_stable());
-            assert!((turn.growth(3) - (0.9f64 * 0.3).powi(3)).abs() < 1e-12, "{handover:?}");
+            let pair = SwitchedPair::new(&plant, &gain(dmatrix![-0.4]), &gain(dmatrix![0.2]), handover);
+            assert!(pair.each_stable());
+            assert!((pair.growth(3) - (0.9f64 * 0.3).powi(3)).abs() < 1e-12, "{handover:?}");
         }
     }
 }

@@ -1,24 +1,24 @@
-//! Whether a vehicle confirms the paper's claims: rules on numbers, each with its criterion in words.
+//! Rules by which a vehicle confirms the paper's claims: numbers, each with its criterion as text.
 
 use squid_design::numbers::decimals;
 use squid_report::page::Part;
 
-/// The outcome.
+/// Outcome of a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Finding {
     /// The numbers satisfy the criterion.
     Confirmed,
-    /// Some of them do.
+    /// Some of the numbers satisfy it.
     Partly,
-    /// None of them does.
+    /// No number satisfies it.
     NotConfirmed,
-    /// There are no numbers to judge by.
+    /// Numbers are missing.
     Unknown,
 }
 
 impl Finding {
-    /// The finding in words.
-    pub fn words(self) -> &'static str {
+    /// Returns the finding as text.
+    pub fn text(self) -> &'static str {
         match self {
             Finding::Confirmed => "confirmed",
             Finding::Partly => "partly confirmed",
@@ -27,7 +27,7 @@ impl Finding {
         }
     }
 
-    /// The CSS class of its mark.
+    /// Returns the CSS class of its mark.
     pub fn class(self) -> &'static str {
         match self {
             Finding::Confirmed => "yes",
@@ -37,7 +37,7 @@ impl Finding {
         }
     }
 
-    /// All of several answers, some of them, or none; an answer that is missing leaves the whole open.
+    /// Confirmed if all answers are true, partly if some are, else not confirmed; unknown if an answer is missing.
     fn of(answers: impl IntoIterator<Item = Option<bool>>) -> Self {
         let Some(answers) = answers.into_iter().collect::<Option<Vec<bool>>>() else {
             return Finding::Unknown;
@@ -51,26 +51,26 @@ impl Finding {
     }
 }
 
-/// A claim that was put to the test.
+/// Tested claim of the paper.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Claim {
-    /// What the paper claims.
+    /// Text of the claim.
     pub claim: &'static str,
-    /// By what it is judged here.
+    /// Criterion of the finding.
     pub criterion: String,
-    /// The outcome.
+    /// Outcome of the test.
     pub finding: Finding,
-    /// The numbers.
+    /// Numbers that support the finding.
     pub because: String,
 }
 
-/// What a section shows, and the claims that it judges.
+/// Contents of a section, and its claims.
 pub type Found = (Vec<Part>, Vec<Claim>);
 
-/// An error below this (%) is rounding: which of two such is smaller says nothing.
+/// Error (%) below which differences are rounding.
 const EXACT: f64 = 1e-8;
 
-/// The errors (%) of the fits of order 1 and 2 in words, with their ratio.
+/// Describes the errors (%) of the fits of order 1 and 2, with their ratio.
 pub fn compared(first: f64, second: f64) -> String {
     let percent = |v: f64| {
         if v.is_nan() {
@@ -81,19 +81,19 @@ pub fn compared(first: f64, second: f64) -> String {
             format!("{} %", decimals(v, if v < 0.1 { (1.0 - v.log10().floor()) as usize } else { 2 }))
         }
     };
-    let words = format!("{} with order 1 and {} with order 2", percent(first), percent(second));
+    let text = format!("{} with order 1 and {} with order 2", percent(first), percent(second));
     if first.is_nan() || second.is_nan() || first.min(second) < EXACT {
-        return words;
+        return text;
     }
     let (ratio, which) =
         if first < second { (second / first, "larger") } else { (first / second, "smaller") };
-    format!("{words}, {} times {which}", decimals(ratio, if ratio < 100.0 { 1 } else { 0 }))
+    format!("{text}, {} times {which}", decimals(ratio, if ratio < 100.0 { 1 } else { 0 }))
 }
 
-/// An error this many times smaller is called much smaller.
+/// Factor by which an error must be smaller to count as much smaller.
 pub const MUCH: f64 = 2.0;
 
-/// Whether the second error is smaller than the first by the factor [`MUCH`]; partly, if it is merely smaller.
+/// Confirms that the second error is smaller than the first by the factor [`MUCH`]; partly, if it is merely smaller.
 pub fn much_smaller(first: f64, second: f64) -> Finding {
     if first.is_nan() || second.is_nan() || (first < EXACT && second < EXACT) {
         Finding::Unknown
@@ -106,15 +106,15 @@ pub fn much_smaller(first: f64, second: f64) -> Finding {
     }
 }
 
-/// The least damping ratio of a short-period mode that MIL-F-8785C (1980), table IV, allows in its best class.
+/// Least damping ratio of a short-period mode in the best class of MIL-F-8785C (1980), table IV.
 pub const LEAST_DAMPING: f64 = 0.35;
 
-/// Whether all damping ratios, of modes and of responses, are at least [`LEAST_DAMPING`].
+/// Confirms that all damping ratios, of modes and of responses, are at least [`LEAST_DAMPING`].
 pub fn well_damped(ratios: &[f64]) -> Finding {
     Finding::of(ratios.iter().map(|z| (!z.is_nan()).then_some(*z >= LEAST_DAMPING)))
 }
 
-/// The damping ratio of the second-order system whose impulse response swings back as far as this one, by the
+/// Returns the damping ratio of the second-order system whose impulse response swings back as far as this one, by the
 /// logarithmic decrement: `zeta = d/sqrt(pi^2 + d^2)`, `d = ln(peak/largest swing back after it)`. 1 without a swing
 /// back.
 ///
@@ -128,25 +128,25 @@ pub fn equivalent_damping(impulse_response: &[f64]) -> f64 {
     if peak == 0.0 || !peak.is_finite() {
         return f64::NAN;
     }
-    let back = impulse_response[at..].iter().map(|v| -v / peak).fold(0.0, f64::max);
-    if back <= 0.0 {
+    let swing_back = impulse_response[at..].iter().map(|v| -v / peak).fold(0.0, f64::max);
+    if swing_back <= 0.0 {
         return 1.0;
     }
-    let decrement = -back.ln();
+    let decrement = -swing_back.ln();
     decrement / decrement.hypot(std::f64::consts::PI)
 }
 
-/// Whether all values are below a limit.
+/// Confirms that all values are below a limit.
 pub fn all_below(values: &[f64], limit: f64) -> Finding {
     Finding::of(values.iter().map(|v| (!v.is_nan()).then_some(*v < limit)))
 }
 
-/// Whether in each pair the first number is smaller than the second.
+/// Confirms that in each pair the first number is smaller than the second.
 pub fn each_smaller(pairs: &[(f64, f64)]) -> Finding {
     Finding::of(pairs.iter().map(|(a, b)| (!a.is_nan() && !b.is_nan()).then_some(a < b)))
 }
 
-/// The key at which a measure is largest, `None` without numbers or where several keys share the largest.
+/// Returns the key at which a measure is largest; `None` without numbers or if several keys share the largest.
 pub fn worst(measure: &[(f64, f64)]) -> Option<f64> {
     if measure.iter().any(|(_, v)| v.is_nan()) {
         return None;
@@ -156,7 +156,7 @@ pub fn worst(measure: &[(f64, f64)]) -> Option<f64> {
     at.next().filter(|_| at.next().is_none()).map(|m| m.0)
 }
 
-/// Whether every measure of the control effort is largest below a speed (m/s). Each measure is a list of (speed,
+/// Confirms that every measure of the control effort is largest below a speed (m/s). Each measure is a list of (speed,
 /// effort); one with the same largest value at several speeds is left out.
 pub fn hardest_below(speed: f64, measures: &[Vec<(f64, f64)>]) -> Finding {
     let answers: Vec<Option<bool>> =
@@ -164,19 +164,19 @@ pub fn hardest_below(speed: f64, measures: &[Vec<(f64, f64)>]) -> Finding {
     Finding::of(answers)
 }
 
-/// Whether a choice has the least cost in every measure. Each measure is a list of (choice, cost).
+/// Confirms that a choice has the least cost in every measure. Each measure is a list of (choice, cost).
 pub fn best(choice: f64, measures: &[Vec<(f64, f64)>]) -> Finding {
     Finding::of(measures.iter().filter_map(|m| least(m)).map(|at| Some(at == choice)))
 }
 
-/// The key at which a measure is least; `None` as for [`worst`].
+/// Returns the key at which a measure is least; `None` in the cases of [`worst`].
 pub fn least(measure: &[(f64, f64)]) -> Option<f64> {
     worst(&measure.iter().map(|(key, v)| (*key, -v)).collect::<Vec<_>>())
 }
 
-/// Whether a loop is robustly stable for the whole declared uncertainty. Each case has an upper and a lower bound on mu
-/// (not-a-number for none): stable if the upper bound is below 1, unstable if the lower bound is at least 1, else
-/// unknown.
+/// Confirms that a loop is robustly stable for all of the declared uncertainty. Each case has an upper and a lower
+/// bound on mu (not-a-number for none): stable if the upper bound is below 1, unstable if the lower bound is at least
+/// 1, else unknown.
 pub fn stays_stable(bounds: &[(f64, f64)]) -> Finding {
     let case = |&(upper, lower): &(f64, f64)| match () {
         () if upper < 1.0 => Some(true),
@@ -186,25 +186,25 @@ pub fn stays_stable(bounds: &[(f64, f64)]) -> Finding {
     Finding::of(bounds.iter().map(case))
 }
 
-/// What a flight under a ramp came to.
+/// Figures of a flight under a ramp of speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RampFigures {
-    /// The root mean square of the pitch error from the step on, relative to the step.
+    /// Root mean square of the pitch error from the step on, relative to the step.
     pub error: f64,
-    /// The same over the last tenth of the flight.
+    /// Root mean square of the pitch error over the last tenth of the flight, relative to the step.
     pub error_at_end: f64,
-    /// The largest change of a command from one tick to the next, relative to the actuator's reach, but for the
-    /// second after the step.
+    /// Largest change of a command from one tick to the next, relative to the actuator's reach, except in the second
+    /// after the step.
     pub jump: f64,
 }
 
-/// A flight that ends with a pitch error above this part of the step counts as not having come to rest.
+/// Pitch error at the end of a flight, relative to the step, above which the flight has not come to rest.
 pub const AT_REST: f64 = 0.05;
 
-/// Errors and jumps this many times those of the scheduled flight count as worse.
+/// Factor on the errors and jumps of the scheduled flight above which those of a switched one count as worse.
 pub const WORSE: f64 = 1.1;
 
-/// Whether switching degrades the loop. Confirmed, if a switched flight does not come to rest although the scheduled
+/// Judges if switching degrades the loop. Confirmed, if a switched flight does not come to rest although the scheduled
 /// one does, or if alternation between stable controllers makes the loop unstable (a growth rate above 0); partly, if
 /// neither, but a switched flight has errors or jumps above [`WORSE`] times those of the scheduled one.
 pub fn switching_harms(scheduled: RampFigures, switched: &[RampFigures], rates: &[f64]) -> Finding {
@@ -236,15 +236,15 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_compared_in_numbers_that_mean_something() {
-        for (first, second, words) in [
+    fn compares_errors_down_to_rounding() {
+        for (first, second, text) in [
             (1.54, 0.45, "1.54 % with order 1 and 0.45 % with order 2, 3.4 times smaller"),
             (0.0042, 0.002, "0.0042 % with order 1 and 0.0020 % with order 2, 2.1 times smaller"),
             (1.0, 2.0, "1.00 % with order 1 and 2.00 % with order 2, 2.0 times larger"),
             (3.2, 2e-14, "3.20 % with order 1 and no more than rounding with order 2"),
             (3e-13, 1e-13, "no more than rounding with order 1 and no more than rounding with order 2"),
         ] {
-            assert_eq!(compared(first, second), words);
+            assert_eq!(compared(first, second), text);
         }
     }
 
@@ -257,7 +257,7 @@ mod tests {
         assert_eq!(well_damped(&[]), Finding::Unknown);
     }
 
-    /// h = exp(-zeta t) sin(omega_d t): the damping comes back.
+    /// The damping of h = exp(-zeta t) sin(omega_d t) is recovered.
     #[test]
     fn damping_of_a_known_response() {
         for zeta in [0.1, 0.35, 0.6] {

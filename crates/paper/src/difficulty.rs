@@ -1,4 +1,4 @@
-//! At which speed control is hardest.
+//! Speed at which control is hardest.
 
 use crate::claims::{Claim, Found, hardest_below, worst};
 use squid_flight::metrics::StepFigures;
@@ -7,10 +7,10 @@ use squid_report::page::{Part, Table, known};
 use squid_report::sections::frozen_loop::FrozenLoop;
 use squid_report::subject::Subject;
 
-/// The section on how hard control is at six speeds, with the claim on low speed.
+/// Computes the section on the difficulty of control at six speeds, with the claim on low speed.
 ///
 /// # Errors
-/// As [`squid_flight::flight::fly`].
+/// The errors of [`squid_flight::flight::fly`].
 pub fn difficulty(subject: &Subject) -> Result<Found, Error> {
     let flown = subject.fly_steps()?;
     let figures: Vec<StepFigures> = flown.iter().map(|flight| subject.figures(flight)).collect();
@@ -32,7 +32,7 @@ pub fn difficulty(subject: &Subject) -> Result<Found, Error> {
 
 type Measure = (&'static str, Vec<(f64, f64)>);
 
-/// How hard control is at each speed, by four measures: larger is harder.
+/// Difficulty of control at each speed, by four measures: larger is harder.
 fn measures(subject: &Subject, figures: &[StepFigures], peaks: &[f64]) -> [Measure; 4] {
     let at = |of: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
         subject.speeds.iter().enumerate().map(|(i, v)| (*v, of(i))).collect()

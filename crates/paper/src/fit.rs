@@ -1,10 +1,10 @@
-//! The claims on Fig. 3 and 4: polynomials in speed of order 1 and 2.
+//! Claims on Fig. 3 and 4: polynomials in speed of order 1 and 2.
 
 use crate::claims::{Claim, MUCH, compared, much_smaller};
 use squid_design::fit::frequency;
 use squid_report::subject::Subject;
 
-/// The claims on the entries of A and on the frequency response.
+/// Returns the claims on the entries of A and on the frequency response.
 pub fn claims(subject: &Subject) -> Vec<Claim> {
     vec![entries(subject), responses(subject)]
 }

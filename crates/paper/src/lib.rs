@@ -1,7 +1,7 @@
-//! What the paper adds to a report: its parameter study, its figures of the vehicle alone, and its claims, each with
-//! the criterion by which it is judged and what was found.
+//! Additions of the paper to a report: its parameter study, its figures of the vehicle alone, and its claims, each with
+//! its criterion and finding.
 //!
-//! The paper: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, 275-286.
+//! Source: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, 275-286.
 
 mod alternation;
 mod claims;
@@ -21,34 +21,34 @@ use squid_report::report::{self, Report, section};
 use squid_report::subject::Subject;
 use squid_report::threads::in_parallel;
 
-/// Anchor and title of a section, and what computes it.
-type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Found, Error>);
+/// Anchor and title of a section, and the function that computes it.
+type SectionSource = (&'static str, &'static str, fn(&Subject) -> Result<Found, Error>);
 
-/// The sections, behind those of every report and before the claims.
-const SECTIONS: [Maker; 4] = [
+/// Sections after those of every report and before the claims.
+const SECTIONS: [SectionSource; 4] = [
     ("tuning", "The paper's Fig. 5: pitch responses for three bandwidths of the weight", tuning::tuning),
     ("open-loop", "The paper's Fig. 6: the vehicle alone", open_loop::open_loop),
     ("difficulty", "Where control is hardest", difficulty::difficulty),
     ("switching", "Scheduled against switched controllers", switching::switching),
 ];
 
-/// The report with the paper's sections and claims.
+/// Returns the report with the paper's sections and claims.
 pub fn report(subject: &Subject) -> Report {
-    // First, because the claims on mu are of what its section found.
+    // The report comes first, because the claims on mu use the results of its section.
     let mut report = report::report(subject);
     let claims_of = [sensitivity::claims, mu::claims, fit::claims];
     let mut claims: Vec<Claim> = claims_of.iter().flat_map(|of| of(subject)).collect();
-    for (section, found) in in_parallel(SECTIONS.iter(), |maker| made(subject, maker)) {
+    for (section, found) in in_parallel(SECTIONS.iter(), |source| computed(subject, source)) {
         report.sections.push(section);
         claims.extend(found);
     }
     report.introduction.extend(introduction(subject));
-    report.words += &words(&claims, &report.subject);
-    report.sections.push(judged(claims, &report.subject));
+    report.words += &summary(&claims, &report.subject);
+    report.sections.push(claims_section(claims, &report.subject));
     report
 }
 
-fn made(subject: &Subject, &(id, title, of): &Maker) -> (Section, Vec<Claim>) {
+fn computed(subject: &Subject, &(id, title, of): &SectionSource) -> (Section, Vec<Claim>) {
     let mut claims = Vec::new();
     let parts = || {
         let (parts, found) = of(subject)?;
@@ -58,7 +58,7 @@ fn made(subject: &Subject, &(id, title, of): &Maker) -> (Section, Vec<Claim>) {
     (section(subject.progress, (id, title), parts), claims)
 }
 
-/// Which figures are the paper's, and where the controller is not of its set-up.
+/// Notes on the paper's figures, and on differences of the controller from the paper's set-up.
 fn introduction(subject: &Subject) -> impl Iterator<Item = String> {
     let figures = "Of the paper's figures, Fig. 1 and 2 are in the section on the structure of the loop, Fig. 3 and 4 \
         in those on the model, Fig. 7 is in the one on mu, and Fig. 5 and 6 have sections of their own.";
@@ -72,23 +72,22 @@ fn introduction(subject: &Subject) -> impl Iterator<Item = String> {
     [Some(figures), measured, robust].into_iter().flatten().map(str::to_owned)
 }
 
-/// The claims for a terminal.
-fn words(claims: &[Claim], subject: &str) -> String {
-    let line = |c: &Claim| format!("  {:<17} {}\n", c.finding.words(), c.claim);
+/// Claims as text for a terminal.
+fn summary(claims: &[Claim], subject: &str) -> String {
+    let line = |c: &Claim| format!("  {:<17} {}\n", c.finding.text(), c.claim);
     let lines: String = claims.iter().map(line).collect();
     format!("\nWhat the paper claims, of {subject}:\n{lines}")
 }
 
-/// The last section: the claims in one table, then each with its criterion and the numbers.
-fn judged(claims: Vec<Claim>, subject: &str) -> Section {
-    let words = "A. Sutarto, A. Budiyono, 'Development of Linear Parameter Varying Control System for Autonomous \
+/// Last section: the claims in one table, then each with its criterion and the numbers.
+fn claims_section(claims: Vec<Claim>, subject: &str) -> Section {
+    let summary = "A. Sutarto, A. Budiyono, 'Development of Linear Parameter Varying Control System for Autonomous \
         Underwater Vehicle', Indian J. Geo-Marine Sci. 40(2), 2011, 275-286, and whether this vehicle confirms it, by \
         a stated criterion and numbers that are in the sections above.";
     let mut table = Table::new(["What the paper claims", &format!("Of {subject}")]);
-    table.rows =
-        claims.iter().map(|claim| vec![capital(claim.claim), claim.finding.words().into()]).collect();
+    table.rows = claims.iter().map(|claim| vec![capital(claim.claim), claim.finding.text().into()]).collect();
     let boxed = |claim: Claim| {
-        let found = format!("Of {subject}: {}.", claim.finding.words());
+        let found = format!("Of {subject}: {}.", claim.finding.text());
         let paragraphs = vec![
             (String::new(), format!("The paper: {}", claim.claim)),
             (found, claim.because),
@@ -96,7 +95,7 @@ fn judged(claims: Vec<Claim>, subject: &str) -> Section {
         ];
         Part::Boxed(Boxed { mark: claim.finding.class(), paragraphs })
     };
-    let head = [Part::Words(words.into()), Part::Table(table)];
+    let head = [Part::Words(summary.into()), Part::Table(table)];
     let parts = head.into_iter().chain(claims.into_iter().map(boxed)).collect();
     Section::new("claims", "The paper's claims", parts)
 }

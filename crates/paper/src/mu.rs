@@ -1,9 +1,9 @@
-//! The claims on Fig. 7: bounds on mu for robust stability.
+//! Claims on Fig. 7: bounds on mu for robust stability.
 
 use crate::claims::{Claim, hardest_below, stays_stable, worst};
 use squid_report::subject::{MuBounds, Subject};
 
-/// The claims on what the section on mu found at all six speeds, if it did.
+/// Returns the claims on the bounds of the section on mu at all six speeds, if they exist.
 pub fn claims(subject: &Subject) -> Vec<Claim> {
     let of = |bounds: &Vec<MuBounds>| {
         vec![stability_claim(bounds), speed_claim(subject.inputs.design.scheduling().0, bounds)]
@@ -12,7 +12,7 @@ pub fn claims(subject: &Subject) -> Vec<Claim> {
 }
 
 fn stability_claim(bounds: &[MuBounds]) -> Claim {
-    // A vehicle that is unstable as it flies counts, whatever is guaranteed in continuous time.
+    // A vehicle that is unstable in the sampled loop counts, whatever is guaranteed in continuous time.
     let upper = |b: &MuBounds| if b.vehicle >= 1.0 { f64::NAN } else { b.guaranteed };
     let pairs: Vec<(f64, f64)> = bounds.iter().map(|b| (upper(b), b.vehicle)).collect();
     let at = |of: &dyn Fn(&MuBounds) -> bool| -> String {
@@ -46,9 +46,9 @@ fn speed_claim(centre: f64, bounds: &[MuBounds]) -> Claim {
     let of = |value: &dyn Fn(&MuBounds) -> f64| -> Vec<(f64, f64)> {
         bounds.iter().map(|b| (b.speed, value(b))).collect()
     };
-    // Where no vehicle was found it takes more than anywhere else.
+    // A speed at which no unstable vehicle was found tolerates more than the others.
     let measures = [of(&|b| b.guaranteed), of(&|b| if b.vehicle.is_nan() { 0.0 } else { b.vehicle })];
-    let words = |measure: &[(f64, f64)]| match worst(measure) {
+    let speed_text = |measure: &[(f64, f64)]| match worst(measure) {
         Some(at) => format!("at {at:.2} m/s"),
         None => "at no single speed".into(),
     };
@@ -63,8 +63,8 @@ fn speed_claim(centre: f64, bounds: &[MuBounds]) -> Claim {
         finding: hardest_below(centre, &measures),
         because: format!(
             "The bound is largest {}; the vehicle is unstable with the smallest errors {}.",
-            words(&measures[0]),
-            words(&measures[1])
+            speed_text(&measures[0]),
+            speed_text(&measures[1])
         ),
     }
 }
@@ -79,21 +79,21 @@ mod tests {
     }
 
     #[test]
-    fn stability_follows_the_vehicles_that_fly() {
+    fn stability_claim_follows_flown_vehicles() {
         let good = stability_claim(&[at(0.5, 0.3, 0.2), at(1.0, 0.5, f64::NAN)]);
         assert_eq!(good.finding, Finding::Confirmed);
         assert!(good.because.contains("unstable as it flies: no speed;"), "{}", good.because);
         assert!(good.because.contains("continuous time: 0.50, 1.00 m/s."), "{}", good.because);
         assert!(good.because.contains("0.500 at most there, a margin of 200 %"), "{}", good.because);
         assert_eq!(stability_claim(&[at(0.5, 0.3, 0.2), at(1.0, 1.5, 1.4)]).finding, Finding::Partly);
-        // What is guaranteed in continuous time does not outweigh a vehicle that is unstable as it flies; what the
-        // model alone does refutes nothing.
+        // A guarantee in continuous time does not outweigh a vehicle that is unstable in the sampled loop; the model
+        // alone refutes nothing.
         assert_eq!(stability_claim(&[at(1.0, 0.9, 1.1)]).finding, Finding::NotConfirmed);
         assert_eq!(stability_claim(&[at(1.0, 1.5, f64::NAN)]).finding, Finding::Unknown);
     }
 
     #[test]
-    fn the_speed_follows_the_bounds() {
+    fn speed_claim_follows_bounds() {
         let (low, high) = ([at(1.0, 2.0, 1.9), at(2.0, 1.0, 0.9)], [at(1.0, 1.0, 0.9), at(2.0, 2.0, 1.9)]);
         assert_eq!(speed_claim(1.5, &low).finding, Finding::Confirmed);
         assert_eq!(speed_claim(1.5, &high).finding, Finding::NotConfirmed);

@@ -1,4 +1,4 @@
-//! The paper's Fig. 6: the vehicle alone.
+//! Open-loop response of the paper's Fig. 6.
 
 use crate::claims::{Claim, Found, each_smaller};
 use squid_design::numbers::readable;
@@ -8,20 +8,20 @@ use squid_report::error::Error;
 use squid_report::page::{Axis, Chart, Curve, Figure, Part, Table, capital, known};
 use squid_report::subject::{FLOWN, STEP_TIME, Subject};
 
-/// How much of its reach the actuator is stepped by.
-const PART: f64 = 0.02;
-/// The paper shows the lower half of its six speeds.
+/// Step of the actuator relative to its reach.
+const STEP: f64 = 0.02;
+/// Number of speeds shown by the paper: the lower half of its six.
 const SHOWN_SPEEDS: usize = 3;
-/// Pitch is drawn up to here (deg): a vehicle that is unstable turns over.
-const DRAWN: f64 = 90.0;
+/// Largest pitch drawn (deg): an unstable vehicle turns over.
+const LARGEST_PITCH: f64 = 90.0;
 
-/// The section on Fig. 6: the step response of the vehicle without controller at the three lower speeds.
+/// Computes the section on Fig. 6: the step response of the vehicle without controller at the three lower speeds.
 ///
 /// # Errors
-/// As [`fly_open_loop`] and [`squid_flight::flight::fly`].
+/// The errors of [`fly_open_loop`] and [`squid_flight::flight::fly`].
 pub fn open_loop(subject: &Subject) -> Result<Found, Error> {
     let (index, actuator) = subject.turning_actuator();
-    let step = PART * actuator.reach();
+    let step = STEP * actuator.reach();
     let (factor, unit) = readable(actuator.unit());
     let (mut curves, mut pairs) = (Vec::new(), Vec::new());
     let mut table = Table::new([
@@ -34,7 +34,7 @@ pub fn open_loop(subject: &Subject) -> Result<Found, Error> {
         let points = alone(subject, speed, index, step)?;
         let flight = subject.fly_step(speed, &subject.stored.controller)?;
         let closed = subject.figures(&flight).settling_time;
-        // One that came to the surface first might have settled, or not.
+        // A vehicle that surfaces first might have settled, or not.
         let surfaced = points.last().is_some_and(|p| p.0 < FLOWN - 0.5 * STEP_TIME);
         let open = if surfaced { f64::NAN } else { settling_time(&points) };
         let slowest = subject.truth[i].eigenvalues().iter().map(|e| e.re).fold(f64::NEG_INFINITY, f64::max);
@@ -47,10 +47,10 @@ pub fn open_loop(subject: &Subject) -> Result<Found, Error> {
         pairs.push((closed, open));
         curves.push(Curve { key: i, points });
     }
-    let low = curves.iter().flat_map(|c| &c.points).map(|p| p.1).fold(0.0, f64::min).max(-DRAWN);
-    let high = curves.iter().flat_map(|c| &c.points).map(|p| p.1).fold(0.0, f64::max).min(DRAWN);
-    let room = 0.06 * (high - low) + 1e-6;
-    let y = Axis::linear("pitch from trim (deg)").over(low - room, high + room);
+    let low = curves.iter().flat_map(|c| &c.points).map(|p| p.1).fold(0.0, f64::min).max(-LARGEST_PITCH);
+    let high = curves.iter().flat_map(|c| &c.points).map(|p| p.1).fold(0.0, f64::max).min(LARGEST_PITCH);
+    let padding = 0.06 * (high - low) + 1e-6;
+    let y = Axis::linear("pitch from trim (deg)").over(low - padding, high + padding);
     let figure = Figure {
         name: "fig6-open-loop".into(),
         caption: format!(
@@ -99,12 +99,12 @@ fn alone(subject: &Subject, speed: f64, index: usize, step: f64) -> Result<Vec<(
     Ok(rows.iter().map(|(t, pitch)| (*t, pitch.to_degrees())).collect())
 }
 
-/// Until pitch stays within 2 % of where it ends; infinite when that is only in the last fifth of the record, or
-/// after it turned over.
+/// Time until pitch stays within 2 % of its final value; infinite if that is only in the last fifth of the record, or
+/// if the vehicle turned over.
 fn settling_time(points: &[(f64, f64)]) -> f64 {
     let Some(&(duration, end)) = points.last() else { return f64::NAN };
     let outside = |p: &(f64, f64)| (p.1 - end).abs() > SETTLED * end.abs();
-    let turned = points.iter().any(|p| p.1.abs() > DRAWN);
+    let turned = points.iter().any(|p| p.1.abs() > LARGEST_PITCH);
     let settled = points.iter().rposition(outside).map_or(0.0, |i| points[i].0);
     if turned || settled > 0.8 * duration { f64::INFINITY } else { settled }
 }
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
     use crate::claims::Finding;
 
-    /// 1 - exp(-t) is within 2 % of its end after ln 50 = 3.91 s; a growing oscillation never is.
+    /// The response 1 - exp(-t) is within 2 % of its end after ln 50 = 3.91 s; a growing oscillation never is.
     #[test]
     fn settling_of_known_responses() {
         let record = |of: fn(f64) -> f64| {
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn the_claim_follows_the_times() {
+    fn claim_follows_settling_times() {
         assert_eq!(claim(&[(5.0, f64::INFINITY), (4.0, 9.0)]).finding, Finding::Confirmed);
         assert_eq!(claim(&[(9.0, 5.0)]).finding, Finding::NotConfirmed);
     }

@@ -1,11 +1,11 @@
-//! The claims on the weights of section 3B: peak of the sensitivity, tracking error.
+//! Claims on the weights of section 3B: peak of the sensitivity, tracking error.
 
 use crate::claims::{Claim, all_below};
 use squid_lpv::matrix::largest;
 use squid_report::sections::sensitivity::{Achieved, Both};
 use squid_report::subject::Subject;
 
-/// The claims on what the weight of the output that steps asks for; none where nothing steps.
+/// Returns the claims on the weight of the stepped output; none if no output steps.
 pub fn claims(subject: &Subject) -> Vec<Claim> {
     let (Ok(output), Ok(Achieved { peaks, steady })) = (subject.output(), Achieved::of(subject)) else {
         return vec![];
@@ -58,7 +58,7 @@ mod tests {
         let both = |flying: &[f64], ideal: &[f64]| Both { flying: flying.into(), ideal: ideal.into() };
         assert_eq!(peak_claim("pitch", &both(&[1.2, 1.9], &[1.1, 1.8]), 2.0).finding, Finding::Confirmed);
         assert_eq!(steady_claim("pitch", &both(&[0.02], &[0.001]), 0.01).finding, Finding::NotConfirmed);
-        // What flies counts, and both are reported.
+        // The sampled loop counts, and both loops are reported.
         let found = peak_claim("pitch", &both(&[2.5, 1.9], &[1.7, 1.2]), 2.0);
         assert_eq!(found.finding, Finding::Partly);
         assert!(found.because.contains("2.50 as it flies, and 1.70 in continuous time"), "{}", found.because);

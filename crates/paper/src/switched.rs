@@ -1,4 +1,4 @@
-//! A flight under several controllers, of which the measured speed chooses one.
+//! Flight under several controllers, one of which is selected by the measured speed.
 
 use squid_design::check::sampled::trapezoidal;
 use squid_design::error::CertifyError;
@@ -9,18 +9,18 @@ use squid_report::error::Error;
 use squid_report::peers::law::{Law, RunningLaw, fly};
 use squid_report::subject::Subject;
 
-/// What becomes of the states when another controller takes charge.
+/// Treatment of the controller states at a handover.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Handover {
-    /// The new one starts from zero.
+    /// The new controller starts from zero.
     Reset,
-    /// The new one starts from the old one's states, number by number.
+    /// The new controller starts from the states of the old one, entry by entry.
     Carried,
-    /// All controllers run all the time, each on its own states.
+    /// All controllers run all the time, each with its own states.
     Parallel,
 }
 
-/// The controllers with their states.
+/// Controllers with their states.
 struct Bank {
     controllers: Vec<StateSpace>,
     states: Vec<Mat>,
@@ -29,7 +29,8 @@ struct Bank {
 }
 
 impl Bank {
-    /// Lets a controller take charge and returns its output for the errors `y`; then all that run move on by a sample.
+    /// Activates a controller and returns its output for the errors `y`; then all running controllers advance by a
+    /// sample.
     fn tick(&mut self, chosen: usize, y: &Mat) -> Mat {
         if chosen != self.active {
             match self.handover {
@@ -55,7 +56,7 @@ impl Bank {
     }
 }
 
-/// Controllers made for single speeds; the one of the nearest speed is in charge.
+/// Controllers designed for single speeds; the one of the nearest speed is active.
 struct Switched<'a> {
     speeds: &'a [f64],
     controllers: Vec<StateSpace>,
@@ -78,7 +79,7 @@ impl Law for Switched<'_> {
     }
 }
 
-/// Flies the design's manoeuvre, as [`squid_flight::flight::fly`] does, under controllers made for the speeds of the
+/// Flies the design's manoeuvre, like [`squid_flight::flight::fly`], under controllers designed for the speeds of the
 /// subject.
 ///
 /// # Errors
@@ -102,7 +103,7 @@ mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
-    /// Two integrators; the second puts out the negative of its state.
+    /// Two integrators; the output of the second is the negative of its state.
     fn bank(handover: Handover) -> Bank {
         let integrator =
             |c: f64| StateSpace { a: dmatrix![1.0], b: dmatrix![1.0], c: dmatrix![c], d: dmatrix![0.0] };
@@ -115,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn each_handover_treats_states_as_it_says() {
+    fn handover_resets_carries_or_runs_states() {
         for (handover, expected) in
             [(Handover::Reset, 0.0), (Handover::Carried, -3.0), (Handover::Parallel, -3.0)]
         {
@@ -125,7 +126,7 @@ mod tests {
             }
             assert_eq!(bank.tick(1, &dmatrix![1.0])[0], expected, "{handover:?}");
         }
-        // Back again: the first one's state has stood still unless all run.
+        // After the return the first controller's state is unchanged unless all run.
         for (handover, expected) in
             [(Handover::Carried, 2.0), (Handover::Parallel, 2.0), (Handover::Reset, 0.0)]
         {
@@ -137,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_speed_is_in_charge() {
+    fn nearest_speed_is_active() {
         assert_eq!(nearest(&[0.5, 1.0, 1.5], 0.7), 0);
         assert_eq!(nearest(&[0.5, 1.0, 1.5], 0.8), 1);
         assert_eq!(nearest(&[0.5, 1.0, 1.5], 9.0), 2);

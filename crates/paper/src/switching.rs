@@ -1,4 +1,4 @@
-//! The scheduled controller against controllers made for six speeds and switched, under the same ramp of speed.
+//! Scheduled controller against controllers designed for six speeds and switched, under the same ramp of speed.
 
 use crate::alternation::{Alternation, Loop, worst_alternation};
 use crate::claims::{AT_REST, Claim, Found, RampFigures, WORSE, switching_harms};
@@ -13,8 +13,8 @@ use squid_report::error::Error;
 use squid_report::page::{Chart, Curve, Figure, Key, Part, Table, capital};
 use squid_report::subject::Subject;
 
-/// How long after the step its own jump is not counted (s).
-const STEP_RINGS: f64 = 1.0;
+/// Time after the step in which jumps are not counted (s).
+const IGNORED_AFTER_STEP: f64 = 1.0;
 
 const HANDOVERS: [(Handover, &str); 3] = [
     (Handover::Reset, "switched, states reset"),
@@ -22,10 +22,10 @@ const HANDOVERS: [(Handover, &str); 3] = [
     (Handover::Parallel, "switched, all running"),
 ];
 
-/// The section on the scheduled controller against six switched ones.
+/// Computes the section on the scheduled controller against six switched ones.
 ///
 /// # Errors
-/// [`Error::PitchNotTracked`]; [`Error::Design`] when a speed alone has no controller; as [`fly`].
+/// [`Error::PitchNotTracked`]; [`Error::Design`] if a speed alone has no controller; the errors of [`fly`].
 pub fn switching(subject: &Subject) -> Result<Found, Error> {
     subject.pitch()?;
     let (inputs, stored) = (subject.inputs, subject.stored);
@@ -34,11 +34,15 @@ pub fn switching(subject: &Subject) -> Result<Found, Error> {
         "scheduled",
         fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &stored.manoeuvre)?.rows,
     )];
-    let mut turns = Vec::new();
+    let mut alternations = Vec::new();
     for (handover, name) in HANDOVERS {
         flights.push((name, fly_switched(subject, &bank, handover)?));
         let worst = |which| worst_alternation(subject, &bank, handover, which);
-        turns.push(Turns { name, flying: worst(Loop::Flying)?, ideal: worst(Loop::Ideal)? });
+        alternations.push(WorstAlternations {
+            name,
+            flying: worst(Loop::Flying)?,
+            ideal: worst(Loop::Ideal)?,
+        });
     }
     let ramp_figures: Vec<RampFigures> =
         flights.iter().map(|(_, rows)| ramp_figures(subject, rows)).collect();
@@ -57,7 +61,7 @@ pub fn switching(subject: &Subject) -> Result<Found, Error> {
         ]);
     }
     let names: Vec<String> = subject.speeds.iter().map(|v| format!("{v:.2}")).collect();
-    let words = format!(
+    let text = format!(
         "The same synthesis for the plant frozen at {} m/s gives {} controllers without parameters; the one \
             made for the speed nearest to the measured one is in charge. When it changes, the new one starts \
             from zero ('reset'), or takes over the numbers in the old one's states ('carried over'; the states \
@@ -72,15 +76,15 @@ pub fn switching(subject: &Subject) -> Result<Found, Error> {
         bank.len()
     );
     let parts = vec![
-        Part::Words(words),
+        Part::Words(text),
         Part::Figure(figure(subject, &flights)),
         Part::Table(table),
-        Part::Table(turns_table(&turns)),
+        Part::Table(alternations_table(&alternations)),
     ];
-    Ok((parts, vec![claim(&ramp_figures, &turns)]))
+    Ok((parts, vec![claim(&ramp_figures, &alternations)]))
 }
 
-/// One controller without parameters for each of the six speeds.
+/// Controllers without parameters, one for each of the six speeds.
 fn bank(subject: &Subject) -> Result<Vec<StateSpace>, Error> {
     let frozen = |design: &Result<Design, SynthesisError>| {
         Ok(design.as_ref().map_err(Clone::clone)?.controller.frozen(&[])?)
@@ -96,8 +100,8 @@ fn ramp_figures(subject: &Subject, rows: &[Row]) -> RampFigures {
         (squares.sum::<f64>() / rows.len() as f64).sqrt()
     };
     let tail = &after[after.len() - (after.len() / 10).max(1).min(after.len())..];
-    // At the step every controller jumps.
-    let quiet = |w: &&[Row]| !(m.step_time - 1e-6..m.step_time + STEP_RINGS).contains(&w[1].time);
+    // Every controller jumps at the step.
+    let quiet = |w: &&[Row]| !(m.step_time - 1e-6..m.step_time + IGNORED_AFTER_STEP).contains(&w[1].time);
     let actuators = &subject.inputs.vehicle.actuators;
     let jump = |w: &[Row]| {
         let each = actuators.iter().enumerate();
@@ -107,14 +111,14 @@ fn ramp_figures(subject: &Subject, rows: &[Row]) -> RampFigures {
     RampFigures { error: rms(&after), error_at_end: rms(tail), jump: jumps.fold(0.0, f64::max) }
 }
 
-/// The worst that taking turns does to the loop as it flies, and to the one in continuous time.
-struct Turns {
+/// Worst alternation for the sampled loop and for the loop in continuous time.
+struct WorstAlternations {
     name: &'static str,
     flying: Option<Alternation>,
     ideal: Option<Alternation>,
 }
 
-fn turns_table(turns: &[Turns]) -> Table {
+fn alternations_table(alternations: &[WorstAlternations]) -> Table {
     let mut table = Table::new([
         "two taking turns",
         "fastest growth (1/s)",
@@ -124,28 +128,29 @@ fn turns_table(turns: &[Turns]) -> Table {
         "each alone",
         "growth in continuous time (1/s)",
     ]);
-    for turn in turns {
-        if let Some(w) = turn.flying {
+    for pair in alternations {
+        if let Some(w) = pair.flying {
             let alone = if w.each_stable { "stable" } else { "unstable" };
             table.rows.push(vec![
-                turn.name.into(),
+                pair.name.into(),
                 format!("{:+.4}", w.rate),
                 format!("{:.2}", w.speed),
                 format!("{:.2}", w.dwell),
                 w.longest.map_or_else(|| "none".into(), |l| format!("{l:.2}")),
                 alone.into(),
-                turn.ideal.map_or_else(|| "none".into(), |w| format!("{:+.4}", w.rate)),
+                pair.ideal.map_or_else(|| "none".into(), |w| format!("{:+.4}", w.rate)),
             ]);
         }
     }
     table
 }
 
-fn claim(ramp_figures: &[RampFigures], turns: &[Turns]) -> Claim {
+fn claim(ramp_figures: &[RampFigures], alternations: &[WorstAlternations]) -> Claim {
     let (scheduled, switched) = (ramp_figures[0], &ramp_figures[1..]);
     let largest = |of: fn(&RampFigures) -> f64| switched.iter().map(of).fold(0.0, f64::max);
     let resting = switched.iter().filter(|r| r.error_at_end <= AT_REST).count();
-    let stable = || turns.iter().filter_map(|t| Some((t.name, t.flying?))).filter(|(_, w)| w.each_stable);
+    let stable =
+        || alternations.iter().filter_map(|t| Some((t.name, t.flying?))).filter(|(_, w)| w.each_stable);
     let rates: Vec<f64> = stable().map(|(_, w)| w.rate).collect();
     let unstable: Vec<&str> = stable().filter(|(_, w)| w.rate > 0.0).map(|(name, _)| name).collect();
     let signal = match unstable.as_slice() {
@@ -159,7 +164,7 @@ fn claim(ramp_figures: &[RampFigures], turns: &[Turns]) -> Claim {
             "confirmed, if two controllers that are stable alone make the loop, as it flies, unstable by \
                 taking turns, or if a switched flight does not come to rest (an rms pitch error over the last \
                 tenth above {:.0} % of the step) where the scheduled one does; partly, if there is neither, \
-                but an rms error or a jump of a command (but for the {STEP_RINGS} s after the step) is more \
+                but an rms error or a jump of a command (but for the {IGNORED_AFTER_STEP} s after the step) is more \
                 than {:.0} % above the scheduled one's.",
             100.0 * AT_REST,
             100.0 * (WORSE - 1.0)

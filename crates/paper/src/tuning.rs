@@ -1,4 +1,4 @@
-//! The paper's Fig. 5: pitch responses at six speeds for three bandwidths of W_e.
+//! Pitch responses of the paper's Fig. 5, at six speeds for three bandwidths of W_e.
 
 use crate::claims::{
     Claim, Found, LEAST_DAMPING, all_below, best, equivalent_damping, least, well_damped, worst,
@@ -20,32 +20,37 @@ use squid_report::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
 use squid_report::threads::in_parallel;
 use squid_scheduled::ControllerDesign;
 
-/// The bandwidths of Fig. 5 a, b and c (rad/s), and the one that the paper prefers.
+/// Bandwidths of Fig. 5 a, b and c (rad/s), and the one that the paper prefers.
 const TRIED: [(f64, &str); 3] = [(0.46, "a"), (0.1, "b"), (0.23, "c")];
 const PREFERRED: f64 = 0.23;
-/// Under which the paper sees the bandwidth of the closed loop (rad/s).
+/// Upper limit of the closed-loop bandwidth claimed by the paper (rad/s).
 const CLAIMED_BANDWIDTH: f64 = 1.0;
 
-/// What a frozen loop amounts to.
+/// Linear figures of a frozen loop.
 struct Linear {
     impulse: Vec<(f64, f64)>,
     bandwidth: f64,
-    /// Of its modes, the least, and as its impulse response shows it.
-    modes: f64,
-    seen: f64,
+    /// Damping ratios: the least of its modes, and that of its impulse response.
+    mode_damping: f64,
+    impulse_damping: f64,
 }
 
 impl Linear {
     fn of(frozen: &FrozenLoop, pitch: usize) -> Self {
         let impulse = frozen.impulse(pitch, FLOWN);
-        let seen = equivalent_damping(&impulse.iter().map(|p| p.1).collect::<Vec<_>>());
-        Self { impulse, bandwidth: frozen.bandwidth(pitch), modes: frozen.least_damping().0, seen }
+        let impulse_damping = equivalent_damping(&impulse.iter().map(|p| p.1).collect::<Vec<_>>());
+        Self {
+            impulse,
+            bandwidth: frozen.bandwidth(pitch),
+            mode_damping: frozen.least_damping().0,
+            impulse_damping,
+        }
     }
 }
 
-/// What became of one bandwidth at one speed.
+/// Response for one bandwidth at one speed.
 struct Response {
-    /// The loop as it flies, and in continuous time.
+    /// Sampled loop as flown, and loop in continuous time.
     flying: Linear,
     ideal: Linear,
     rows: Vec<Row>,
@@ -60,16 +65,16 @@ struct Tuned {
     responses: Vec<Response>,
 }
 
-/// The section on Fig. 5: impulse and step responses for each bandwidth of W_e.
+/// Computes the section on Fig. 5: impulse and step responses for each bandwidth of W_e.
 ///
 /// # Errors
-/// [`Error::PitchNotTracked`]; [`Error::Design`] when a bandwidth allows no controller; as
+/// [`Error::PitchNotTracked`]; [`Error::Design`] if a bandwidth allows no controller; the errors of
 /// [`squid_flight::flight::fly`].
 pub fn tuning(subject: &Subject) -> Result<Found, Error> {
     let all = in_parallel(TRIED.iter(), |(w, letter)| tune(subject, *w, letter));
     let all = all.into_iter().collect::<Result<Vec<_>, _>>()?;
     let step = subject.stored.manoeuvre.step("pitch").to_degrees();
-    let words = format!(
+    let text = format!(
         "W_e is given another bandwidth and the (nominal) controller is synthesised again each time; \
             everything else is as in the design file. Impulses, bandwidths and damping are of the linear loop \
             at frozen speed as it flies: true linearisation, sampled controller, lags of the actuators. Steps \
@@ -82,7 +87,7 @@ pub fn tuning(subject: &Subject) -> Result<Found, Error> {
         }
     );
     let parts = vec![
-        Part::Words(words),
+        Part::Words(text),
         Part::Figure(figure(subject, &all)),
         Part::Table(table(subject, &all)),
         Part::Table(costs_table(&all)),
@@ -110,7 +115,7 @@ fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, E
             flying: Linear::of(&FrozenLoop::flying(subject, &design.controller, truth)?, pitch),
             ideal: Linear::of(&FrozenLoop::ideal(subject, &design.controller, truth)?, pitch),
             figures,
-            // Of a flight that came to the surface the rest is not known.
+            // The cost of a flight that surfaced is unknown.
             cost: flight.surfacing.map_or_else(|| time_weighted_error(&rows, height), |_| f64::NAN),
             rows,
         })
@@ -119,7 +124,7 @@ fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, E
     Ok(Tuned { weight, letter, gamma: design.certified.gamma, responses })
 }
 
-/// ITAE, the integral of t |error|/height from the step on (s^2): small for a response that is fast and does not ring.
+/// Integral of t |error|/height from the step on (ITAE, s^2): small for a response that is fast and does not ring.
 ///
 /// Source: D. Graham, R. Lathrop, Trans. AIEE 72, 1953.
 fn time_weighted_error(rows: &[Row], height: f64) -> f64 {
@@ -188,8 +193,8 @@ fn table(subject: &Subject, all: &[Tuned]) -> Table {
                 known(100.0 * r.figures.steady_error, 2),
                 format!("{:.0}", 100.0 * r.figures.actuator_use),
                 format!("{:.2}", r.flying.bandwidth),
-                format!("{:.2}", r.flying.modes),
-                format!("{:.2}", r.flying.seen),
+                format!("{:.2}", r.flying.mode_damping),
+                format!("{:.2}", r.flying.impulse_damping),
             ]);
         }
     }
@@ -199,11 +204,11 @@ fn table(subject: &Subject, all: &[Tuned]) -> Table {
 fn damping_claim(all: &[Tuned]) -> Claim {
     let each = || all.iter().flat_map(|t| &t.responses);
     let of = |of: fn(&Response) -> f64| each().map(of).collect::<Vec<f64>>();
-    let (modes, seen) = (of(|r| r.flying.modes), of(|r| r.flying.seen));
+    let (mode_damping, impulse_damping) = (of(|r| r.flying.mode_damping), of(|r| r.flying.impulse_damping));
     let least = |ratios: &[f64]| ratios.iter().copied().fold(f64::INFINITY, f64::min);
     let enough = |ratios: &[f64]| ratios.iter().filter(|z| **z >= LEAST_DAMPING).count();
     let overshoot = of(|r| r.figures.overshoot).into_iter().fold(0.0, f64::max);
-    let both: Vec<f64> = modes.iter().chain(&seen).copied().collect();
+    let both: Vec<f64> = mode_damping.iter().chain(&impulse_damping).copied().collect();
     Claim {
         claim: "the closed loop is well damped at all speeds (Fig. 5).",
         criterion: format!(
@@ -217,14 +222,14 @@ fn damping_claim(all: &[Tuned]) -> Claim {
             "Of the modes {} of {} reach it, the least with {:.3}; of the responses {} of {}, the least with \
                 {:.3}. In continuous time the least \
              are {:.3} and {:.3}. The largest overshoot of a flown step is {:.1} %.",
-            enough(&modes),
-            modes.len(),
-            least(&modes),
-            enough(&seen),
-            seen.len(),
-            least(&seen),
-            least(&of(|r| r.ideal.modes)),
-            least(&of(|r| r.ideal.seen)),
+            enough(&mode_damping),
+            mode_damping.len(),
+            least(&mode_damping),
+            enough(&impulse_damping),
+            impulse_damping.len(),
+            least(&impulse_damping),
+            least(&of(|r| r.ideal.mode_damping)),
+            least(&of(|r| r.ideal.impulse_damping)),
             100.0 * overshoot
         ),
     }
@@ -235,7 +240,7 @@ fn bandwidth_claim(all: &[Tuned]) -> Claim {
         all.iter().map(|t| largest(0.0, t.responses.iter().map(of))).collect()
     };
     let (found, ideal) = (each(|r| r.flying.bandwidth), each(|r| r.ideal.bandwidth));
-    let words = |found: &[f64]| -> String {
+    let text = |found: &[f64]| -> String {
         let each = all.iter().zip(found).map(|(t, b)| format!("{b:.2} rad/s with w_b = {}", t.weight));
         each.collect::<Vec<_>>().join(", ")
     };
@@ -247,11 +252,11 @@ fn bandwidth_claim(all: &[Tuned]) -> Claim {
              each of the three bandwidths of the weight; for some of them confirms it partly."
         ),
         finding: all_below(&found, CLAIMED_BANDWIDTH),
-        because: format!("The largest is {}. In continuous time it is {}.", words(&found), words(&ideal)),
+        because: format!("The largest is {}. In continuous time it is {}.", text(&found), text(&ideal)),
     }
 }
 
-/// Name, unit, and what each bandwidth costs at its worst or on average.
+/// Name, unit, and cost of each bandwidth at its worst or on average.
 fn costs(all: &[Tuned]) -> [(&'static str, Vec<(f64, f64)>); 4] {
     let each = |of: &dyn Fn(&Response) -> f64, fold: &dyn Fn(&[f64]) -> f64| -> Vec<(f64, f64)> {
         let values = |t: &Tuned| t.responses.iter().map(of).collect::<Vec<f64>>();
@@ -289,10 +294,10 @@ fn best_claim(all: &[Tuned]) -> Claim {
             None => format!("none alone by {name}"),
         })
         .collect();
-    let middling = |values: &&Vec<(f64, f64)>| {
+    let is_between = |values: &&Vec<(f64, f64)>| {
         least(values).is_some_and(|at| at != PREFERRED) && worst(values).is_some_and(|at| at != PREFERRED)
     };
-    let between = measures.iter().filter(middling).count();
+    let between = measures.iter().filter(is_between).count();
     Claim {
         claim: "from the point of view of time simulation w_b = 0.23 is the best of the three (section 4).",
         criterion:
@@ -315,10 +320,15 @@ mod tests {
     use super::*;
     use crate::claims::Finding;
 
-    /// A loop that is good in continuous time and not as it flies confirms nothing; both are reported.
+    /// A loop that is good in continuous time but not as flown confirms nothing; both are reported.
     #[test]
-    fn claims_are_on_the_loop_that_flies() {
-        let linear = |bandwidth, modes, seen| Linear { impulse: vec![], bandwidth, modes, seen };
+    fn claims_concern_flown_loop() {
+        let linear = |bandwidth, mode_damping, impulse_damping| Linear {
+            impulse: vec![],
+            bandwidth,
+            mode_damping,
+            impulse_damping,
+        };
         let response = Response {
             flying: linear(1.2, 0.1, 0.2),
             ideal: linear(0.9, 0.8, 0.7),
@@ -335,9 +345,9 @@ mod tests {
         assert!(bandwidth.because.contains("1.20 rad/s") && bandwidth.because.contains("0.90 rad/s"));
     }
 
-    /// The first signals; the others are 0.
+    /// First signals as given; the others are 0.
     fn signals_of(first: [f64; 2]) -> squid_auv::Each<f64> {
-        std::array::from_fn(|place| first.get(place).copied().unwrap_or_default())
+        std::array::from_fn(|index| first.get(index).copied().unwrap_or_default())
     }
 
     fn row(time: f64, error: f64) -> Row {

@@ -1,4 +1,4 @@
-//! What is proved, in terms of the vehicle.
+//! Proved claims as text, in terms of the vehicle.
 
 use crate::certify::fit_residual::SAMPLES;
 use crate::certify::limits::ClaimedStep;
@@ -8,26 +8,26 @@ use crate::numbers::decimals;
 use squid_certificate::{LimitTheorem, Theorem};
 use squid_scheduled::{ControllerDesign, Manoeuvre};
 
-/// The terms of a claim: the range of speed, and the step with saturated commands.
+/// Terms of a claim: the range of speed, and the step with saturated commands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Terms {
-    /// The lowest and the highest speed \[m/s\].
+    /// Lowest and highest speed \[m/s\].
     speeds: (f64, f64),
-    /// The largest proved step.
+    /// Largest proved step.
     step: Option<ClaimedStep>,
-    /// The flown step, in the unit of `step`, if it is larger than that.
+    /// Flown step, in the unit of `step`, if it is larger than that.
     flown: Option<f64>,
 }
 
 impl Terms {
-    /// The terms of a frozen design, and of the manoeuvre that it flies.
+    /// Returns the terms of a frozen design, and of the manoeuvre that is flown.
     pub fn of(design: &ControllerDesign, theorem: &Theorem, manoeuvre: Option<&Manoeuvre>) -> Self {
         let step = ClaimedStep::of(design, theorem);
         let speeds = (design.scheduling.minimum, design.scheduling.maximum);
         Self { speeds, flown: step.as_ref().and_then(|step| step.exceeded_by(manoeuvre?)), step }
     }
 
-    /// The terms of a design file.
+    /// Returns the terms of a design file.
     pub fn of_file(file: &DesignFile, theorem: &Theorem) -> Self {
         let step = ClaimedStep::of_file(file, theorem);
         let flown = step.as_ref().and_then(|step| step.exceeded_by(&file.manoeuvre));
@@ -35,7 +35,7 @@ impl Terms {
     }
 }
 
-/// The proved claims, one line each, in terms of the design if given.
+/// Returns the proved claims, one line each, in terms of the design if given.
 pub fn lines(theorem: &Theorem, terms: Option<&Terms>) -> Vec<String> {
     let gain = if terms.is_some() { "gain of the weighted loop (gamma)" } else { "gain from w to z" };
     let motion = match (terms, theorem.parameters) {
@@ -70,7 +70,7 @@ pub fn lines(theorem: &Theorem, terms: Option<&Terms>) -> Vec<String> {
     claims.into_iter().flatten().chain(slow).chain(saturated(theorem, terms)).collect()
 }
 
-/// What is not proved for saturated commands, if anything.
+/// Describes the motion with saturated commands that is not proved, if any.
 pub fn unproved(theorem: &Theorem, terms: &Terms) -> Option<String> {
     match theorem.limits {
         None => Some("nothing is proved of saturated commands".into()),
@@ -78,23 +78,23 @@ pub fn unproved(theorem: &Theorem, terms: &Terms) -> Option<String> {
     }
 }
 
-/// The claim with saturated commands.
+/// Claim with saturated commands.
 fn saturated(theorem: &Theorem, terms: Option<&Terms>) -> Option<String> {
     let limits = theorem.limits?;
     let step = terms.and_then(|terms| terms.step.as_ref());
-    let (step_in_words, held) = match step {
+    let (step_text, held) = match step {
         Some(step) => (step.to_string(), "with the speed reference held"),
         None => (format!("a step of up to {} of input {}", limits.size, limits.input), "with no other input"),
     };
     let from = if limits.everywhere { "every state" } else { "trim" };
     let cut = if limits.rates == 0 { "commands" } else { "commands and actuator rates" };
     Some(format!(
-        "{step_in_words} from {from}, held for any time and taken back, {held}: the loop returns to trim with \
+        "{step_text} from {from}, held for any time and taken back, {held}: the loop returns to trim with \
          saturated {cut}"
     ))
 }
 
-/// The message that a flown step is larger than the proved one.
+/// Message that a flown step is larger than the proved one.
 fn beyond(step: &ClaimedStep, flown: f64) -> Option<String> {
     let ClaimedStep { output, size, unit, .. } = step;
     let shown = decimals(flown, 2);
@@ -106,23 +106,23 @@ fn beyond(step: &ClaimedStep, flown: f64) -> Option<String> {
     ))
 }
 
-/// The message that a manoeuvre flies a larger step than the proved one, if it does.
+/// Returns a message if a manoeuvre flies a larger step than the proved one.
 pub fn unproved_step(design: &ControllerDesign, theorem: &Theorem, manoeuvre: &Manoeuvre) -> Option<String> {
     let step = ClaimedStep::of(design, theorem)?;
     beyond(&step, step.exceeded_by(manoeuvre)?)
 }
 
-/// Everything that the certificate of a frozen design proves, one claim each.
+/// Returns every claim that the certificate of a frozen design proves.
 pub fn all(design: &ControllerDesign, theorem: &Theorem) -> Vec<String> {
     std::iter::once(gain(theorem, design.scheduling.half_range)).chain(limits(design, theorem)).collect()
 }
 
-/// The bound of the gain for every trajectory of speed, rounded up.
+/// Returns the bound on the gain for every trajectory of speed, rounded up.
 pub fn bound(theorem: &Theorem) -> String {
     theorem.gamma.map_or_else(|| "an unknown number".into(), above)
 }
 
-/// The claim about the gain; `half_range` is half the range of the scheduled speeds \[m/s\].
+/// Returns the claim about the gain; `half_range` is half the range of the scheduled speeds \[m/s\].
 pub fn gain(theorem: &Theorem, half_range: f64) -> String {
     let covered = theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
         let gamma = above(gamma);
@@ -144,10 +144,10 @@ pub fn gain(theorem: &Theorem, half_range: f64) -> String {
     format!("gain below {} for every trajectory of speed in the range{covered}{slow}", bound(theorem))
 }
 
-/// The claim about saturated commands, if there is one.
+/// Returns the claim about saturated commands, if there is one.
 pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
     let step = ClaimedStep::of(design, theorem)?;
-    let (from, kept) = match theorem.limits {
+    let (from, outcome) = match theorem.limits {
         Some(LimitTheorem { everywhere: true, .. }) => ("every state of the model", "leaves a loop that"),
         _ => ("trim", "keeps the loop in a region from which it"),
     };
@@ -157,7 +157,7 @@ pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
     };
     Some(format!(
         "{step} from {from}, held for any time and taken back,\n\
-         {kept} returns to trim {cut},\n\
+         {outcome} returns to trim {cut},\n\
          for any trajectory of speed from {} to {} m/s with its reference held, and every model in the ball",
         design.scheduling.minimum, design.scheduling.maximum
     ))
@@ -168,15 +168,15 @@ mod tests {
     use super::*;
     use crate::inputs::tests::shipped;
 
-    /// Squid's default manoeuvre has a step of 10 deg.
+    /// The default manoeuvre of Squid has a step of 10 deg.
     #[test]
-    fn a_flown_step_above_the_proved_one_is_said() {
+    fn warns_of_flown_step_above_proved_one() {
         let manoeuvre = shipped("squid", "design").design.manoeuvre;
         assert!(ClaimedStep::new("pitch", "rad", 10.1_f64.to_radians()).exceeded_by(&manoeuvre).is_none());
         let smaller = ClaimedStep::new("pitch", "rad", 7.55_f64.to_radians());
-        let said = beyond(&smaller, smaller.exceeded_by(&manoeuvre).unwrap()).unwrap();
+        let message = beyond(&smaller, smaller.exceeded_by(&manoeuvre).unwrap()).unwrap();
         let expected = "the pitch step that is flown, 10 deg, is LARGER than the one that is proved, 7.5 deg: with \
                         saturated commands nothing is proved of it";
-        assert_eq!(said, expected);
+        assert_eq!(message, expected);
     }
 }

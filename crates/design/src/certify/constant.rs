@@ -1,5 +1,4 @@
-//! `squid design --constant`: the gain for all constant values of the uncertain coefficients and any trajectory of
-//! speed.
+//! Gain for all constant values of the uncertain coefficients and any trajectory of speed: `squid design --constant`.
 //!
 //! ```text
 //! uncertain model over the range of speed -> channel reduction -> balls around it -> multipliers -> proof
@@ -30,46 +29,46 @@ use squid_proof::error::ProofError;
 use squid_proof::same_plant;
 use std::path::Path;
 
-/// The file of the certificate.
+/// File name of the certificate.
 pub const CERTIFICATE: &str = "constant_certificate.json";
 
-/// The fraction of the declared box in which channels are removed (all of it), and the relative change of `[A B]`
-/// allowed there.
+/// Reduction of the model: channels are removed over the full declared box if `[A B]` changes there by at most this
+/// relative tolerance.
 const REDUCTION: Reduction = Reduction { size: 1.0, tolerance: 0.002 };
 
-/// The `a` of the filters `1/(s + a)` of constant parameters, rad/s: below and above typical crossover frequencies of
+/// Poles `a` of the filters `1/(s + a)` of constant parameters, rad/s: below and above typical crossover frequencies of
 /// vehicles. A single pole of 1 rad/s gave a gain 2.7 % higher for Squid; three, of 0.2, 1 and 5 rad/s, hardly lowered
 /// it.
 const CONSTANT_POLES: [f64; 2] = [0.4, 2.0];
 
-/// The `a` of rho if its rate is bounded: a single one, because rho has the most channels.
+/// Pole `a` of the filter of rho if its rate is bounded: a single one, because rho has the most channels.
 const SLOW_POLE: f64 = 1.0;
 
 /// Relative tolerance of the least gamma.
 const TOLERANCE: f64 = 0.01;
 
-/// The gain allowed relative to the nominal bound if the full box cannot be proved.
+/// Gain allowed relative to the nominal bound if the full box cannot be proved.
 pub const GAIN_FACTOR: f64 = 1.25;
 
-/// The number of bisection steps for the fraction of the box.
+/// Number of bisection steps for the fraction of the box.
 const BISECTIONS: usize = 4;
 
-/// A gain proved for constant coefficients.
+/// Gain proved for constant coefficients.
 #[derive(Debug, Clone)]
 pub struct Constant {
-    /// The fraction of the declared half ranges for which it is proved; 1 for all.
+    /// Fraction of the declared half ranges for which the gain is proved; 1 for all.
     pub share: f64,
-    /// The certificate.
+    /// Certificate of the gain.
     pub certificate: Certificate,
-    /// The proved gain.
+    /// Proved gain.
     pub gamma: f64,
 }
 
-/// Proves a gain for all of the declared box, or else for a fraction of it at 1.25 times the bound `nominal`: for
+/// Proves a gain for all of the declared box, or else for a fraction of it at 1.25 times the bound `nominal`, for
 /// speeds that change by at most `rate`, m/s^2, or arbitrarily if `rate` is `None`.
 ///
 /// # Errors
-/// [`Error::Uncertain`] if the design declares no uncertainty; [`Error::Constant`] when nothing was proved.
+/// [`Error::Uncertain`] if the design declares no uncertainty; [`Error::Constant`] if nothing was proved.
 pub fn constant(
     inputs: &Inputs,
     model: &Model,
@@ -121,7 +120,7 @@ pub fn constant(
     best.ok_or(ConstantError::NoShare { least: high }.into())
 }
 
-/// The uncertain model over the range of speed, and its plant with the full declared box. If the rate of rho is
+/// Builds the uncertain model over the range of speed, and its plant with the full declared box. If the rate of rho is
 /// bounded, each channel of rho appears three times in the inequality, and the coarse model is used: with one of
 /// intermediate fidelity the search took three times as long for Squid at 0.125 m/s^2, and the bound was no lower.
 fn uncertain(inputs: &Inputs, model: &Model, is_slow: bool) -> Result<(Truncated, UncertainPlant), Error> {
@@ -129,8 +128,8 @@ fn uncertain(inputs: &Inputs, model: &Model, is_slow: bool) -> Result<(Truncated
     reduced(inputs, &over_range(inputs, model, fidelity)?, model, REDUCTION)
 }
 
-/// The filters of each parameter. Those of the trim, and rho without a bound on its rate, have none, because they may
-/// vary arbitrarily.
+/// Filters of each parameter. Trim parameters, and rho without a bound on its rate, have none, because they may vary
+/// arbitrarily.
 fn filters(inputs: &Inputs, model: &UncertainModel, rate: Option<f64>) -> Vec<Option<Filters>> {
     let slow = rate.map(|rate| Filters { poles: vec![SLOW_POLE], rate: rate / inputs.design.scheduling().1 });
     let constant = || Filters { poles: CONSTANT_POLES.to_vec(), rate: 0.0 };
@@ -138,14 +137,14 @@ fn filters(inputs: &Inputs, model: &UncertainModel, rate: Option<f64>) -> Vec<Op
     std::iter::once(slow).chain(of_block).collect()
 }
 
-/// The bound on the rate of the speed in a certificate, m/s^2; `None` if the rate is not bounded.
+/// Returns the bound on the rate of the speed in a certificate, m/s^2; `None` if the rate is not bounded.
 pub fn rate_of(certificate: &Certificate, inputs: &Inputs) -> Option<f64> {
     let filter = certificate.constant()?.filters.iter().find(|f| f.parameter == 0)?;
     Some(filter.rate * inputs.design.scheduling().1)
 }
 
 /// Checks that plant and balls of a certificate are those of this vehicle and design file, recomputed for a fraction of
-/// the declared box, and that only constant parameters are taken as constant and no trim parameter as slow; returns
+/// the declared box, and that only constant parameters are treated as constant and no trim parameter as slow; returns
 /// that fraction.
 ///
 /// # Errors

@@ -1,5 +1,5 @@
-//! The residual of the fit against the true linearisations and the slope of the trim over the range of speed. The ball
-//! of models ([`squid_proof::ball`]) contains it.
+//! Residual of the fit against the true linearisations and the slope of the trim over the range of speed. The ball of
+//! models ([`squid_proof::ball`]) contains it.
 
 use crate::augment::{LinearModel, place};
 use crate::axis::VehicleModel;
@@ -10,10 +10,10 @@ use squid_lpv::matrix::Mat;
 use squid_lpv::tracking::ModelPlace;
 use squid_proof::ball::ModelResidual;
 
-/// The number of speeds at which the residual is computed.
+/// Number of speeds at which the residual is computed.
 pub const SAMPLES: usize = 1001;
 
-/// The residual of the fit. The subtracted LFTs are those used for the design, so the residual includes their
+/// Computes the residual of the fit. The subtracted LFTs are those used for the design, so the residual includes their
 /// truncation error.
 ///
 /// # Errors
@@ -24,7 +24,7 @@ pub fn fit_residual(
     model: &Model,
 ) -> Result<ModelResidual, Error> {
     let ModelPlace { left, right } = place(vehicle.actuators(), file)?;
-    // The trim of an input without a lag or a delay drives no state.
+    // The trim of an input without lag or delay drives no state.
     let rows: Vec<usize> = (0..left.ncols()).filter(|j| left.column(*j).amax() > 0.0).collect();
     let fit = model.linear();
     let at = |v: f64| -> Result<Mat, Error> {
@@ -43,7 +43,7 @@ pub fn fit_residual(
     })
 }
 
-/// Whether the range of speed has 0 in its interior, and the residual has its sharpest bend there.
+/// Returns `true` if the range of speed has 0 in its interior and the residual has its sharpest bend there.
 ///
 /// # Errors
 /// The errors of the linearisation.

@@ -1,6 +1,6 @@
-//! The claim `limits` of the certificate: the largest step of a reference for which the loop,
-//! with saturated commands and anti-windup, stays in a region from which it returns to trim. Limits on actuator rates
-//! are limits on the rates of those states of the plant that are the lags.
+//! Claim `limits` of the certificate: the largest step of a reference for which the loop, with
+//! saturated commands and anti-windup, stays in a region from which it returns to trim. Limits on actuator rates are
+//! limits on the rates of the lag states of the plant.
 
 use crate::axis::VehicleModel;
 use crate::error::{CertifyError, Error};
@@ -21,21 +21,21 @@ use squid_signals::Level;
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 
-/// Bound on the entries of a computed anti-windup gain \[1/s\]: as for the quick recovery.
+/// Bound on the entries of a computed anti-windup gain \[1/s\]: that of the quick recovery.
 const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
 
-/// Relative tolerance of the limits of a claim against those of the vehicle: its trims are recomputed, with the
-/// rounding of another processor.
+/// Relative tolerance of the limits of a claim against those of the vehicle: its trims are recomputed, possibly with
+/// the rounding of another processor.
 const SAME_LIMIT: f64 = 1e-8;
 
-/// Adds the claim for the largest step found to a proof, in the place of one that is there, and proves all of it. No
-/// step is claimed beyond the range of its signal, where the linear models are meaningless, however strong the
-/// actuators: a pitch step of at most 90 deg, a depth step up to the surface.
+/// Adds the claim for the largest step found to a proof, replacing any such claim, and proves all of it. No step is
+/// claimed beyond the range of its signal, where the linear models are meaningless, however strong the actuators: a
+/// pitch step of at most 90 deg, a depth step up to the surface.
 ///
-/// The wanted step is that of the default flight; `given` are anti-windup gains to be tried, the first one first. Where
-/// none of them proves it, and the controller is not a given one, another is computed for the largest step. The claim
-/// holds the gain to be flown. `None` if there is nothing to claim: without a gain, or without a reference besides that
-/// of the speed. Actuator rates are saturated, too.
+/// The target is the step of the default flight; `given` are anti-windup gains to be tried in this order. If none of
+/// them proves it, and the controller is not a given one, another gain is computed for the largest step. The claim
+/// contains the gain to be flown. Actuator rates are saturated, too. Returns `None` if there is nothing to claim:
+/// without a gain, or without a reference besides that of the speed.
 ///
 /// # Errors
 /// The errors of [`with_step`]; [`CertifyError::RateWithoutLag`].
@@ -72,12 +72,12 @@ pub fn with_limits(
     if is_given || found.as_ref().is_ok_and(|found| found.is_some() && size(found) >= wanted) {
         return Ok(found?);
     }
-    // The largest step is sought with any gain, and proved with what is left of it without a bias of the speed.
+    // The largest step is sought with any gain, and proved with that gain without its bias of the speed.
     let Ok(Some(any)) = search(&[], Some(FASTEST)) else { return Ok(found?) };
     let Some(limits) = any.certificate.limits() else { return Ok(found?) };
     let sought = from_rows(&limits.e, frozen.actuators.len()).unwrap_or_else(|| Mat::zeros(0, 0));
-    let kept = to_rows(&keeping_speed(vehicle, design, controller, sought)?);
-    let other = if kept == limits.e { Ok(Some(any)) } else { search(&[kept], None) };
+    let unbiased = to_rows(&keeping_speed(vehicle, design, controller, sought)?);
+    let other = if unbiased == limits.e { Ok(Some(any)) } else { search(&[unbiased], None) };
     match (found, other) {
         (Ok(found), Ok(other)) => Ok(if size(&other) > size(&found) { other } else { found }),
         (found, other) => Ok(found.or(other)?),
@@ -95,9 +95,9 @@ pub fn check_autopilot(design: &ControllerDesign, certificate: &Certificate) -> 
     if design.anti_windup.as_ref() != Some(&limits.e) {
         return differs("the anti-windup");
     }
-    let there = sides(design);
-    if there.len() + limits.rates.len() != limits.limits.len()
-        || limits.limits.iter().zip(&there).any(|(claimed, side)| claimed > side)
+    let available = sides(design);
+    if available.len() + limits.rates.len() != limits.limits.len()
+        || limits.limits.iter().zip(&available).any(|(claimed, side)| claimed > side)
     {
         return differs("a limit");
     }
@@ -121,7 +121,7 @@ pub fn check_vehicle(
     let actuators = vehicle.actuators();
     let wrong =
         |what: &str| Err(ProofError::WrongPlant { what: format!("{what} of the claim with limits") }.into());
-    let rates_there = rates(actuators, design, &certificate.moving_states())?;
+    let vehicle_rates = rates(actuators, design, &certificate.moving_states())?;
     if limits.limits.len() != actuators.len() + limits.rates.len() {
         return wrong("the number of limits");
     }
@@ -134,31 +134,31 @@ pub fn check_vehicle(
     }
     let claimed: BTreeMap<usize, f64> = limits.rates.iter().copied().zip(claimed.iter().copied()).collect();
     let holds = |(state, rate): (&usize, &f64)| claimed.get(state).is_some_and(|claimed| claimed <= rate);
-    if rates_there.iter().all(holds) { Ok(()) } else { wrong("a limit on a rate,") }
+    if vehicle_rates.iter().all(holds) { Ok(()) } else { wrong("a limit on a rate,") }
 }
 
-/// The rate limits of actuators, in units of the actuator's reach \[1/s\], by state of the design's plant; only states
-/// in `kept`. The lags follow the model's states.
+/// Rate limits of actuators, in units of the actuator's reach \[1/s\], by state of the design's plant; only states in
+/// `moving`. The lags follow the model's states.
 fn rates(
     actuators: &[Actuator],
     design: &DesignFile,
-    kept: &[usize],
+    moving: &[usize],
 ) -> Result<BTreeMap<usize, f64>, CertifyError> {
     if let Some(one) = actuators.iter().find(|one| one.rate.is_some()).filter(|_| !design.lags) {
         return Err(CertifyError::RateWithoutLag { actuator: one.name.clone() });
     }
     let lagged = actuators.iter().filter(|one| one.lag > 0.0).zip(design.states.len()..);
     let limited = lagged.filter_map(|(one, state)| Some((state, one.rate? / one.reach())));
-    Ok(limited.filter(|(state, _)| kept.contains(state)).collect())
+    Ok(limited.filter(|(state, _)| moving.contains(state)).collect())
 }
 
-/// The reference of the claim: the first signal of the interface with one, besides the signal that is scheduled on.
+/// Reference of the claim: that of the first signal of the interface with a reference, besides the scheduled signal.
 struct Stepped<'a> {
-    /// Its index among the references, with which w begins.
+    /// Index among the references, with which w begins.
     input: usize,
-    /// Its signal.
+    /// Signal of the reference.
     signal: &'a Port,
-    /// Its unit, SI.
+    /// Unit of the reference, SI.
     scale: f64,
 }
 
@@ -172,31 +172,31 @@ impl<'a> Stepped<'a> {
     }
 }
 
-/// The largest step of a proved claim.
+/// Largest step of a proved claim.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClaimedStep {
-    /// The name of the stepped output.
+    /// Name of the stepped output.
     pub output: String,
-    /// Its size in `unit`, rounded down to a tenth of a degree or a hundredth of a metre.
+    /// Size in `unit`, rounded down to a tenth of a degree or a hundredth of a metre.
     pub size: f64,
-    /// deg, m or another unit of the output.
+    /// Unit of the size: deg, m or another unit of the output.
     pub unit: String,
-    /// The proved size in `unit`, not rounded.
+    /// Proved size in `unit`, not rounded.
     proved: f64,
-    /// `unit` per SI unit.
+    /// Factor from the SI unit to `unit`.
     factor: f64,
-    /// Whether the step is one of heading in a model without roll.
+    /// `true` if the step is one of heading in a model without roll.
     without_roll: bool,
 }
 
 impl ClaimedStep {
-    /// The step of a manoeuvre, in `unit`, if it is larger than the proved one.
+    /// Returns the step of a manoeuvre, in `unit`, if it is larger than the proved one.
     pub fn exceeded_by(&self, manoeuvre: &Manoeuvre) -> Option<f64> {
         let flown = self.factor * manoeuvre.step(&self.output).abs();
         (flown > self.proved).then_some(flown)
     }
 
-    /// The claimed step of a frozen design.
+    /// Returns the claimed step of a frozen design.
     pub fn of(design: &ControllerDesign, theorem: &Theorem) -> Option<Self> {
         let (limits, stepped) = (theorem.limits?, Stepped::of(design)?);
         let Port { name, unit, .. } = stepped.signal;
@@ -206,7 +206,7 @@ impl ClaimedStep {
         (limits.input == stepped.input).then(step)
     }
 
-    /// The claimed step of a design file; `None` if the claim is about another reference.
+    /// Returns the claimed step of a design file; `None` if the claim is about another reference.
     pub fn of_file(file: &DesignFile, theorem: &Theorem) -> Option<Self> {
         let limits = theorem.limits?;
         let stepped = file.tracked.get(limits.input).filter(|tracked| tracked.index == file.stepped())?;
@@ -225,7 +225,7 @@ impl ClaimedStep {
     }
 }
 
-/// Whether the model of a step, with these inputs of the controller, is one of heading without roll.
+/// Returns `true` if a step, with these inputs of the controller, is one of heading in a model without roll.
 fn leaves_out_roll<'a>(stepped: &str, mut inputs: impl Iterator<Item = &'a str>) -> bool {
     let [heading, roll] = [lateral::HEADING, lateral::ROLL].map(|signal| lateral::SIGNALS[signal].name);
     stepped == heading && !inputs.any(|name| name == roll)
@@ -238,25 +238,26 @@ impl Display for ClaimedStep {
     }
 }
 
-/// The range of each command to either side of the trim, the least over all speeds, in units of its scale. The trim
-/// table is interpolated linearly, so its rows are sufficient. A thruster that does not steer does not push against the
-/// speed, or no more than in trim, while an actuator that does is at its limit.
+/// Range of each command to either side of the trim, the least over all speeds, in units of its scale. The trim table
+/// is interpolated linearly, so its rows are sufficient. While a steering actuator is at its limit, a thruster that
+/// does not steer pushes against the speed no more than in trim.
 fn sides(design: &ControllerDesign) -> Vec<f64> {
     let rows: Vec<&[f64]> = design.trim.actuators.iter().map(Vec::as_slice).collect();
     let steered = design.actuators.iter().any(|one| !one.steers.is_empty());
     let one = |(j, a): (usize, &squid_scheduled::Actuator)| {
         let push = |(row, speed): (&&[f64], &f64)| {
-            let way = speed * a.pushes();
-            if way == 0.0 { f64::INFINITY } else { (row[j] * way.signum()).max(0.0) }
+            let direction = speed * a.pushes();
+            if direction == 0.0 { f64::INFINITY } else { (row[j] * direction.signum()).max(0.0) }
         };
-        let back = rows.iter().zip(&design.trim.forward_speed).map(push).fold(f64::INFINITY, f64::min);
-        let whole = side(&rows, j, (a.minimum, a.maximum));
-        (if steered { whole.min(back) } else { whole }) / a.scale
+        let without_braking =
+            rows.iter().zip(&design.trim.forward_speed).map(push).fold(f64::INFINITY, f64::min);
+        let full = side(&rows, j, (a.minimum, a.maximum));
+        (if steered { full.min(without_braking) } else { full }) / a.scale
     };
     design.actuators.iter().enumerate().map(one).collect()
 }
 
-/// The range of an actuator to either side of the trim, the least over the rows of the trim table.
+/// Range of an actuator to either side of the trim, the least over the rows of the trim table.
 fn side(trims: &[&[f64]], actuator: usize, limits: (f64, f64)) -> f64 {
     let each = trims.iter().map(|row| (limits.1 - row[actuator]).min(row[actuator] - limits.0));
     each.fold(f64::INFINITY, f64::min)

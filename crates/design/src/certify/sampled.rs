@@ -1,4 +1,4 @@
-//! The gain of the sampled loop for every trajectory of the speed that is constant between ticks.
+//! Gain of the sampled loop for every trajectory of the speed that is constant between ticks.
 
 use crate::augment::augment;
 use crate::axis::VehicleModel;
@@ -13,7 +13,7 @@ use squid_proof::claim::{Proof, controller_rows, first_difference};
 use squid_proof::error::ProofError;
 use squid_scheduled::ControllerDesign;
 
-/// The file of the certificate.
+/// File name of the certificate.
 pub const CERTIFICATE: &str = "sampled_certificate.json";
 
 /// Bounds the gain of the sampled loop and proves the bound in exact arithmetic. The plant is the fit, discretised by
@@ -31,20 +31,20 @@ pub fn sampled(
 ) -> Result<Proof, Error> {
     let ticks = at_ticks(vehicle, file, model)?;
     let controller = design.controller.delayed_at_ticks(file.delay_ticks(), file.sample_time);
-    // Sampled, a given controller may be far worse.
+    // A given controller may perform far worse when sampled.
     let near = Some(&design.certified).filter(|_| file.controller.is_none());
     Ok(squid_proof::sampled::sampled(&ticks, &controller, near)?)
 }
 
-/// The plant of the claim; the delay of the commands is in the controller.
+/// Plant of the claim; the delay of the commands is in the controller.
 fn at_ticks(vehicle: &dyn VehicleModel, file: &DesignFile, model: &Model) -> Result<AtTicks, Error> {
     let undelayed = DesignFile { delay: 0.0, ..file.clone() };
     let plant = augment(vehicle.actuators(), &undelayed, model.linear())?;
     Ok(plant.at_ticks(file.sample_time).map_err(ModelError::System)?)
 }
 
-/// Checks that the plant of a certificate is the sampled one of this vehicle and design file, recomputed. `None` if the
-/// certificate is not of a sampled plant, which has every output z twice.
+/// Checks that the plant of a certificate is the sampled plant of this vehicle and design file, recomputed. Returns
+/// `None` if the certificate is not of a sampled plant, which has every output z twice.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`] with the first part that differs; the errors of [`augment`].
@@ -58,7 +58,7 @@ pub fn check_inputs(
     Ok(squid_proof::sampled::check(certificate, &ticks)?)
 }
 
-/// Checks that the controller of a certificate of the sampled loop is a frozen one, delayed by `ticks`: the same
+/// Checks that the controller of a certificate of the sampled loop is the frozen one, delayed by `ticks`: the same
 /// numbers to the bit.
 ///
 /// # Errors

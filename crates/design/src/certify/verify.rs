@@ -1,4 +1,4 @@
-//! Whether a certificate belongs to a frozen controller, and to the plant of a vehicle and a design file.
+//! Checks that a certificate belongs to a frozen controller, and to the plant of a vehicle and a design file.
 
 use crate::augment::augment;
 use crate::axis::VehicleModel;
@@ -13,9 +13,8 @@ use squid_proof::error::ProofError;
 use squid_proof::same_plant;
 use squid_scheduled::{ControllerDesign, LftMatrices};
 
-/// Checks that the plant of a certificate is the one of this vehicle and design file, recomputed from the trims on,
-/// that its ball of models contains the true linearisations, and that its limits are no wider than those of the
-/// vehicle.
+/// Checks that the plant of a certificate is that of this vehicle and design file, recomputed from the trims on, that
+/// its ball of models contains the true linearisations, and that its limits are no wider than those of the vehicle.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`], [`ProofError::Ball`], the errors of [`augment`].
@@ -55,7 +54,7 @@ pub fn check_design(design: &ControllerDesign, certificate: &Certificate) -> Res
     Ok(())
 }
 
-/// Checks that the controller of a certificate is this one, to the bit.
+/// Checks that the controller of a certificate equals this one to the bit.
 ///
 /// # Errors
 /// [`ProofError::Mismatch`] with the first part that differs.

@@ -1,7 +1,7 @@
-//! Two axes in one vehicle: what a turn couples.
+//! Coupling of two axes of one vehicle in a turn.
 //!
-//! In straight level flight the two planes decouple, and what is proved of each axis is all there is. In a turn they do
-//! not. The linear motion about a steady turn at the speed V and the rate Omega of heading is
+//! In straight level flight the two planes decouple, and the proof of each axis is sufficient. In a turn they do not.
+//! The linear motion about a steady turn at the speed V and the rate Omega of heading is
 //!
 //! ```text
 //! [x1'; y1]   [M11 M12] [x1; T1]     x1 = [u w q theta (z)], without u if the speed is given; x2 = [v p r phi psi]
@@ -12,11 +12,11 @@
 //! as deviations from the turn; at Omega = 0 the blocks M12 and M21 are 0.
 //!
 //! ```text
-//! turn      M
+//! turn      the matrix M
 //! frozen    the eigenvalues of this loop in one turn
 //! plant     the part of M of one axis as a function of speed and rate of turn
 //! balance   units in which the gains are small, and matrices that bound others
-//! gain      the gain of each axis from what turns add to it, back to that: proved, for every trajectory
+//! gain      the gain of each axis through the coupling terms, proved for every trajectory
 //! ```
 
 mod balance;

@@ -1,5 +1,5 @@
-//! The figures of the loop in flight, linear and frozen at a speed: the sampled controller, held commands, actuators
-//! with lags, the trim that follows the speed reference, and the true linearisation.
+//! Figures of the loop in flight, linear and frozen at a speed: the sampled controller, held commands, actuators with
+//! lags, the trim that follows the speed reference, and the true linearisation.
 
 use crate::axis::Linearisation;
 use crate::check::margins::{Margins, Opened};
@@ -9,16 +9,16 @@ use squid_lpv::matrix::{Mat, eigenvalues, largest};
 use squid_lpv::state_space::StateSpace;
 use squid_signals::Signal;
 
-/// The step of the speed of the water in a gust, vertical or across, m/s.
+/// Step of the speed of the water in a gust, vertical or lateral, m/s.
 pub const GUST: f64 = 0.3;
 
-/// The duration of a simulated response, s.
+/// Duration of a simulated response, s.
 pub const DURATION: f64 = 60.0;
 
-/// The band around the reference, relative to the step, for the settling time.
+/// Band around the reference, relative to the step, for the settling time.
 const SETTLED: f64 = 0.02;
 
-/// The rms of the white noise of a sensor at each sample: 0.05 deg, 0.05 deg/s, 0.01 m/s, 0.01 m.
+/// Returns the rms of the white noise of a sensor at each sample: 0.05 deg, 0.05 deg/s, 0.01 m/s, 0.01 m.
 pub fn noise(signal: &Signal) -> f64 {
     match signal.unit {
         "m/s" | "m" => 0.01,
@@ -26,52 +26,52 @@ pub fn noise(signal: &Signal) -> f64 {
     }
 }
 
-/// The response of a tracked output to a step of its own reference.
+/// Response of a tracked output to a step of its own reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Largest excursion beyond the reference, relative to the step.
     pub overshoot: f64,
-    /// From 10 % to 90 % of the step, s; infinite if the response does not reach that.
+    /// Time from 10 % to 90 % of the step, s; infinite if the response does not reach 90 %.
     pub rise_time: f64,
-    /// From the step until the output stays within 2 % of the reference, s; infinite if it never does.
+    /// Time from the step until the output stays within 2 % of the reference, s; infinite if it never does.
     pub settling_time: f64,
     /// `|1 - T(z = 1)|`: the steady-state error, relative to the step.
     pub steady_error: f64,
-    /// The error after [`DURATION`], relative to the step; slow modes may not have settled.
+    /// Error after [`DURATION`], relative to the step; slow modes may not have settled.
     pub remaining_error: f64,
 }
 
-/// The figures at one speed.
+/// Figures at one speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Flown {
-    /// The margins with the loop opened at one measurement, or tracking error, at a time, in the order of the
-    /// controller's inputs.
+    /// Margins with the loop opened at one measurement, or tracking error, at a time, in the order of the controller's
+    /// inputs.
     pub at_measurements: Vec<Margins>,
-    /// The margins with the loop opened at one command at a time.
+    /// Margins with the loop opened at one command at a time.
     pub at_commands: Vec<Margins>,
-    /// The largest |S| at all these points.
+    /// Largest |S| at all these points.
     pub peak: f64,
-    /// The smallest common delay of all commands that makes the loop unstable, s.
+    /// Smallest common delay of all commands that makes the loop unstable, s.
     pub common_delay: f64,
-    /// The step response of each tracked output.
+    /// Step response of each tracked output.
     pub steps: Vec<Step>,
-    /// The largest absolute pitch, or heading, after a gust, rad: the water starts to move by [`GUST`] vertically, or
-    /// across, so the heave or sway speed relative to the water jumps by as much.
+    /// Largest absolute pitch, or heading, after a gust, rad: the water starts to move by [`GUST`] vertically, or
+    /// laterally, so the heave or sway speed relative to the water jumps by as much.
     pub gust: f64,
-    /// The rms of each command under [`noise`], N or rad.
+    /// Rms of each command under [`noise`], N or rad.
     pub noise_rms: Vec<f64>,
 }
 
 impl Flown {
-    /// The figures of the loop with a controller frozen at the speed of a trim; `None` if the controller has a mode at
-    /// 2/T or the loop is unstable.
+    /// Computes the figures of the loop with a controller frozen at the speed of a trim; `None` if the controller has a
+    /// mode at 2/T or the loop is unstable.
     pub fn of(sampling: &Sampling, l: &Linearisation, frozen: &StateSpace) -> Option<Self> {
         let plant = sampling.held(l);
         let k = trapezoidal(frozen, sampling.sample_time).ok()?;
         Self::of_sampled(sampling, &plant.injected(&k))
     }
 
-    /// The figures of a loop with the inputs and outputs of
+    /// Computes the figures of a loop with the inputs and outputs of
     /// [`Interconnection::injected`](crate::check::sampled::Interconnection::injected).
     pub fn of_sampled(sampling: &Sampling, system: &StateSpace) -> Option<Self> {
         let (opened, noise_rms) = opened(sampling, system)?;
@@ -91,14 +91,14 @@ impl Flown {
         })
     }
 
-    /// All margins, each with the loop opened at one point.
+    /// Returns all margins, each with the loop opened at one point.
     pub fn margins(&self) -> impl Iterator<Item = &Margins> {
         self.at_measurements.iter().chain(&self.at_commands)
     }
 }
 
-/// The loop opened at measurements and commands, and the rms of each command under [`noise`] \[N or rad\]; `None` if it
-/// is unstable. The inputs and outputs are those of
+/// Returns the loop opened at measurements and commands, and the rms of each command under [`noise`] \[N or rad\];
+/// `None` if it is unstable. The inputs and outputs are those of
 /// [`Interconnection::injected`](crate::check::sampled::Interconnection::injected).
 pub fn opened(sampling: &Sampling, system: &StateSpace) -> Option<(Opened, Vec<f64>)> {
     let radius = largest(0.0, eigenvalues(&system.a).iter().map(|v| v.norm()));
@@ -108,8 +108,8 @@ pub fn opened(sampling: &Sampling, system: &StateSpace) -> Option<(Opened, Vec<f
     let (fed_back, m) = (sampling.design.fed_back(), sampling.actuators.len());
     let commands = system.b.ncols() - m;
     let open = commands - fed_back.len();
-    let places = open..commands + m;
-    let opened = Opened::new(system.parts(places.clone(), places), sampling.sample_time);
+    let points = open..commands + m;
+    let opened = Opened::new(system.parts(points.clone(), points), sampling.sample_time);
     let mut noisy = system.parts(commands..commands + m, open..commands);
     for (j, (signal, scale)) in fed_back.iter().enumerate() {
         noisy.b.column_mut(j).scale_mut(noise(signal) / scale);
@@ -120,7 +120,7 @@ pub fn opened(sampling: &Sampling, system: &StateSpace) -> Option<(Opened, Vec<f
 }
 
 impl Step {
-    /// The figures of the step response of a stable sampled system with one input and one output.
+    /// Computes the figures of the step response of a stable sampled system with one input and one output.
     pub fn of(system: &StateSpace, sample_time: f64) -> Self {
         let StateSpace { a, b, c, d } = system;
         let mut x = Mat::zeros(a.nrows(), 1);
@@ -147,7 +147,7 @@ impl Step {
     }
 }
 
-/// The largest absolute value of an output, in its scale, after a gust into the state of the speed across.
+/// Largest absolute value of an output, in its scale, after a gust into the state of the transverse speed.
 fn gust(system: &StateSpace, output: usize, across: usize, sample_time: f64) -> f64 {
     let mut x = Mat::zeros(system.a.nrows(), 1);
     x[across] = GUST;
@@ -160,8 +160,8 @@ fn gust(system: &StateSpace, output: usize, across: usize, sample_time: f64) -> 
     most
 }
 
-/// The rms of each output of a stable sampled system under white noise of rms 1 at each input and sample, from the
-/// covariance `P = A P A' + B B'`: the square roots of the diagonal of `C P C' + D D'`.
+/// Returns the rms of each output of a stable sampled system under white noise of rms 1 at each input and sample, from
+/// the covariance `P = A P A' + B B'`: the square roots of the diagonal of `C P C' + D D'`.
 ///
 /// P is computed by doubling, `P <- P + A P A', A <- A^2`: R. A. Smith, SIAM J. Applied Mathematics 16(1), 1968.
 pub fn rms(system: &StateSpace) -> Vec<f64> {
@@ -179,7 +179,7 @@ pub fn rms(system: &StateSpace) -> Vec<f64> {
     covariance.diagonal().iter().map(|v| v.sqrt()).collect()
 }
 
-/// The maximum number of doublings: 2^60 samples.
+/// Maximum number of doublings: 2^60 samples.
 const DOUBLINGS: u32 = 60;
 
 #[cfg(test)]
@@ -203,7 +203,7 @@ mod tests {
     }
 
     /// The rms of y+ = a y + b n is b/sqrt(1 - a^2); two such states driven by the same noise have E y1 y2 = b1 b2/(1 -
-    /// a1 a2). This includes a mode that takes 1e6 samples to decay.
+    /// a1 a2). One mode takes 1e6 samples to decay.
     #[test]
     fn rms_of_a_filter_has_its_closed_form() {
         for slow in [0.5, 1.0 - 1e-6] {

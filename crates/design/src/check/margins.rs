@@ -1,6 +1,6 @@
 //! Stability margins of a sampled loop.
 //!
-//! The loop is opened at one point, where its return ratio follows from its sensitivity: `S = 1/(1 + L)`, `L = 1/S -
+//! The loop is opened at one point, where the return ratio L follows from the sensitivity: `S = 1/(1 + L)`, `L = 1/S -
 //! 1`. With `z = exp(j w T)`, w up to pi/T:
 //!
 //! ```text
@@ -20,31 +20,31 @@ use squid_lpv::state_space::StateSpace;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-/// The number of frequencies at which a loop is evaluated, in addition to those of its modes; crossings and peaks are
+/// Number of frequencies at which a loop is evaluated, in addition to those of its modes; crossings and peaks are
 /// refined between them.
 const FREQUENCIES: usize = 300;
-/// The lowest nonzero frequency, relative to the highest, pi/T.
+/// Lowest nonzero frequency, relative to the highest, pi/T.
 const LOWEST: f64 = 1e-6;
-/// The number of bisections of a crossing, and of refinements of a peak.
+/// Number of bisections of a crossing, and of refinements of a peak.
 const BISECTIONS: u32 = 24;
 
-/// The margins at one point of a loop; infinite if no such change makes it unstable.
+/// Margins at one point of a loop; infinite if no such change makes it unstable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Margins {
-    /// The least factor above 1 on the gain that makes the loop unstable.
+    /// Least factor above 1 on the gain that makes the loop unstable.
     pub gain_up: f64,
-    /// The largest factor below 1 on the gain that makes the loop unstable; 0 if there is none.
+    /// Largest factor below 1 on the gain that makes the loop unstable; 0 if there is none.
     pub gain_down: f64,
     /// Phase margin, rad.
     pub phase: f64,
     /// Delay margin, s.
     pub delay: f64,
-    /// alpha of the disk margin.
+    /// Disk margin alpha.
     pub disk: f64,
 }
 
 impl Margins {
-    /// The phase margin guaranteed by the disk margin, rad.
+    /// Returns the phase margin guaranteed by the disk margin, rad.
     pub fn disk_phase(&self) -> f64 {
         2.0 * (0.5 * self.disk).atan()
     }
@@ -60,11 +60,11 @@ impl Margins {
     }
 }
 
-/// A stable sampled loop, and the points at which it can be opened.
+/// Stable sampled loop, and the points at which it can be opened.
 #[derive(Debug, Clone)]
 pub struct Opened {
-    /// `S = (I + L)^-1` at all points: from a signal added at each to the sum there. An entry of its diagonal is the
-    /// sensitivity at one point with the loop closed at the others.
+    /// Sensitivity `S = (I + L)^-1` at all points: from a signal added at each to the sum there. An entry of its
+    /// diagonal is the sensitivity at one point with the loop closed at the others.
     sensitivity: StateSpace,
     /// Sample time, s.
     sample_time: f64,
@@ -75,7 +75,7 @@ pub struct Opened {
 type Response = DMatrix<Complex<f64>>;
 
 impl Opened {
-    /// The loop with this sensitivity at all points and this sample time (s).
+    /// Evaluates this sensitivity at all points over a grid of frequencies, for this sample time (s).
     pub fn new(sensitivity: StateSpace, sample_time: f64) -> Self {
         let mut opened = Self { sensitivity, sample_time, grid: vec![] };
         let highest = PI / sample_time;
@@ -89,13 +89,13 @@ impl Opened {
         opened
     }
 
-    /// The response of a system with all inputs of S or one of them; NaN at a pole.
+    /// Frequency response of a system; NaN at a pole.
     fn response(&self, system: &StateSpace, omega: f64) -> Response {
         let response = system.response((Complex::new(0.0, omega) * self.sample_time).exp());
         response.unwrap_or_else(|| Response::from_element(system.d.nrows(), system.d.ncols(), NOT_A_NUMBER))
     }
 
-    /// The margins at one point with the loop closed at the others.
+    /// Returns the margins at one point with the loop closed at the others.
     pub fn margins(&self, index: usize) -> Margins {
         let alone = self.sensitivity.part(index, index);
         let l = |omega: f64| 1.0 / self.response(&alone, omega)[(0, 0)] - 1.0;
@@ -125,13 +125,13 @@ impl Opened {
         margins
     }
 
-    /// The largest |S| over all points, opened one at a time.
+    /// Returns the largest |S| over all points, opened one at a time.
     pub fn peak_of_sensitivity(&self) -> f64 {
-        let places = 0..self.sensitivity.d.nrows();
-        largest(0.0, places.map(|place| self.peak(place, 0.0)))
+        let points = 0..self.sensitivity.d.nrows();
+        largest(0.0, points.map(|point| self.peak(point, 0.0)))
     }
 
-    /// The largest `|S - c|` at a point.
+    /// Largest `|S - c|` at a point.
     fn peak(&self, index: usize, c: f64) -> f64 {
         let alone = self.sensitivity.part(index, index);
         let at = |omega: f64| (self.response(&alone, omega)[(0, 0)] - c).norm();
@@ -151,10 +151,10 @@ impl Opened {
         peak
     }
 
-    /// The smallest common delay \[s\] at some points that makes the loop unstable: an eigenvalue of `exp(-j w tau) L`
-    /// is then -1.
-    pub fn common_delay(&self, places: Range<usize>) -> f64 {
-        let block = self.sensitivity.parts(places.clone(), places.clone());
+    /// Returns the smallest common delay \[s\] at some points that makes the loop unstable: an eigenvalue of `exp(-j w
+    /// tau) L` is then -1.
+    pub fn common_delay(&self, points: Range<usize>) -> f64 {
+        let block = self.sensitivity.parts(points.clone(), points.clone());
         let of = |s: &Response| -> Vec<Complex<f64>> {
             let l = s.clone().try_inverse().map(|inverse| inverse - Response::identity(s.nrows(), s.nrows()));
             let mut values = l.map_or(vec![], |l| complex_eigenvalues(&l));
@@ -162,7 +162,7 @@ impl Opened {
             values
         };
         let at = |omega: f64| of(&self.response(&block, omega));
-        let within = |s: &Response| s.rows_range(places.clone()).columns_range(places.clone()).into_owned();
+        let within = |s: &Response| s.rows_range(points.clone()).columns_range(points.clone()).into_owned();
         let larger = |values: &[Complex<f64>], k: usize| values.get(k).is_some_and(|v| v.norm() > 1.0);
         let known: Vec<(f64, Vec<Complex<f64>>)> =
             self.grid.iter().map(|(omega, s)| (*omega, of(&within(s)))).collect();
@@ -180,7 +180,7 @@ impl Opened {
 
 const NOT_A_NUMBER: Complex<f64> = Complex::new(f64::NAN, f64::NAN);
 
-/// The point between two frequencies at which a condition changes.
+/// Frequency between two others at which a condition changes.
 fn crossing(mut low: f64, mut high: f64, condition: impl Fn(f64) -> bool) -> f64 {
     let first = condition(low);
     for _ in 0..BISECTIONS {
@@ -190,7 +190,7 @@ fn crossing(mut low: f64, mut high: f64, condition: impl Fn(f64) -> bool) -> f64
     0.5 * (low + high)
 }
 
-/// The clockwise rotation of a point onto the negative real axis, from 0 to 2 pi.
+/// Clockwise rotation of a point onto the negative real axis, from 0 to 2 pi.
 fn lag(l: Complex<f64>) -> f64 {
     (-l).arg().rem_euclid(TAU)
 }
@@ -230,7 +230,7 @@ mod tests {
 
     /// L = g/(z - a), a > 1, is unstable below g = a - 1 and above a + 1.
     #[test]
-    fn an_unstable_plant_needs_gain() {
+    fn unstable_plant_has_least_gain() {
         let (a, g) = (1.1, 0.4);
         let s = StateSpace { a: dmatrix![a - g], b: dmatrix![1.0], c: dmatrix![-g], d: dmatrix![1.0] };
         let found = Opened::new(s, T).margins(0);
@@ -240,7 +240,7 @@ mod tests {
 
     /// Two decoupled loops: the faster one limits the delay. An orthogonal similarity transform keeps the eigenvalues.
     #[test]
-    fn a_common_delay_is_that_of_the_eigenvalues() {
+    fn common_delay_is_least_delay_of_eigenvalues() {
         let rotation = dmatrix![0.8, -0.6; 0.6, 0.8];
         let gains = dmatrix![0.1, 0.0; 0.0, 0.3];
         let g = &rotation * gains * rotation.transpose();
@@ -252,7 +252,7 @@ mod tests {
 
     /// A mode with damping 1e-4 between two frequencies of the grid: the peak is that of the H-infinity norm.
     #[test]
-    fn the_disk_margin_sees_a_narrow_peak() {
+    fn disk_margin_resolves_narrow_peak() {
         let (radius, angle) = ((-1e-4f64 * 0.0777).exp(), 0.0777f64);
         let a =
             dmatrix![radius * angle.cos(), -radius * angle.sin(); radius * angle.sin(), radius * angle.cos()];

@@ -1,7 +1,7 @@
-//! The sampled loop: the controller at its sample time, the vehicle and its actuators in continuous time.
+//! Sampled loop: the controller at its sample time, the vehicle and its actuators in continuous time.
 //!
-//! The gain bound holds for the controller in continuous time. Here the frozen controller is discretised by the
-//! trapezoidal rule, as in the FMU, and closed with the true linearisation and the actuator lags under a zero-order
+//! The gain bound holds for the controller in continuous time. This module discretises the frozen controller by the
+//! trapezoidal rule, as in the FMU, and closes it with the true linearisation and the actuator lags under a zero-order
 //! hold.
 
 use crate::axis::Linearisation;
@@ -13,21 +13,21 @@ use squid_lpv::matrix::{Mat, block, largest, solve};
 use squid_lpv::state_space::StateSpace;
 use squid_signals::Signal;
 
-/// The data of a sampled loop: its actuators, the signals of its controller, and the sample time.
+/// Data of a sampled loop: its actuators, the signals of its controller, and the sample time.
 #[derive(Debug, Clone, Copy)]
 pub struct Sampling<'a> {
-    /// The actuators, with their lags.
+    /// Actuators, with their lags.
     pub actuators: &'a [Actuator],
-    /// The design file, with the tracked and the measured outputs.
+    /// Design file, with the tracked and the measured outputs.
     pub design: &'a DesignFile,
     /// Sample time, s.
     pub sample_time: f64,
 }
 
-/// The plant seen by a controller: the vehicle at a trim, its actuators, and the trim that follows the speed reference.
+/// Plant seen by a controller: the vehicle at a trim, its actuators, and the trim that follows the speed reference.
 ///
 /// ```text
-/// x' = A x + B u + Br r,   y = Cy x + Dr r,   outputs C x      (x+ in place of x' for a sampled one)
+/// x' = A x + B u + Br r,   y = Cy x + Dr r,   outputs C x      (x+ in place of x' if sampled)
 /// ```
 ///
 /// States \[u w q theta\], without u for a vehicle with a given speed, with the depth z for a design that tracks or
@@ -35,29 +35,29 @@ pub struct Sampling<'a> {
 /// speed. u is the controller's command relative to the trim. u, r, y and the outputs are in units of their scales.
 #[derive(Debug, Clone)]
 pub struct Interconnection {
-    /// A.
+    /// Matrix A.
     pub a: Mat,
-    /// B.
+    /// Matrix B.
     pub b: Mat,
-    /// Br.
+    /// Matrix Br.
     pub from_references: Mat,
-    /// C of the tracked outputs.
+    /// Matrix C of the tracked outputs.
     pub c: Mat,
-    /// Cy.
+    /// Matrix Cy.
     pub measured: Mat,
-    /// Dr.
+    /// Matrix Dr.
     pub references: Mat,
 }
 
 impl Interconnection {
-    /// The sensitivity at one measurement, with the loop closed at all others: from a signal added to it to the
+    /// Returns the sensitivity at one measurement, with the loop closed at all others: from a signal added to it to the
     /// controller's input.
     pub fn sensitivity(&self, k: &StateSpace, row: usize) -> StateSpace {
         let output = self.c.nrows() + row;
         self.injected(k).part(output, self.references.ncols() + row)
     }
 
-    /// The closed loop with a controller `(k', u) = K(k, y)`: from r to the outputs and u.
+    /// Closes the loop with a controller `(k', u) = K(k, y)`: from r to the outputs and u.
     pub fn closed(&self, k: &StateSpace) -> StateSpace {
         let injected = self.injected(k);
         let (p, y) = (self.c.nrows(), self.measured.nrows());
@@ -70,7 +70,7 @@ impl Interconnection {
         }
     }
 
-    /// The closed loop with n added to the controller's inputs and d to the commands: from \[r; n; d\] to \[C x; y + n;
+    /// Closes the loop with n added to the controller's inputs and d to the commands: from \[r; n; d\] to \[C x; y + n;
     /// u + d\].
     pub fn injected(&self, k: &StateSpace) -> StateSpace {
         let Self { a, b, from_references, c, measured, references } = self;
@@ -94,24 +94,24 @@ impl Interconnection {
 }
 
 impl<'a> Sampling<'a> {
-    /// The sampling of a design.
+    /// Returns the sampling of a design.
     pub fn of(actuators: &'a [Actuator], design: &'a DesignFile) -> Self {
         Self { actuators, design, sample_time: design.sample_time }
     }
 
-    /// The largest modulus of the modes of the sampled loop; NaN if it cannot be formed.
+    /// Returns the largest modulus of the modes of the sampled loop; NaN if it cannot be formed.
     pub fn spectral_radius(&self, l: &Linearisation, frozen: &StateSpace) -> f64 {
         let radius = |closed: StateSpace| largest(0.0, closed.poles().iter().map(|v| v.norm()));
         self.closed(l, frozen).map_or(f64::NAN, radius)
     }
 
-    /// The sampled loop from the references to the tracked outputs and the commands, at the ticks and in units of their
-    /// scales; `None` if the controller has a mode at 2/T.
+    /// Closes the sampled loop from the references to the tracked outputs and the commands, at the ticks and in units
+    /// of their scales; `None` if the controller has a mode at 2/T.
     pub fn closed(&self, l: &Linearisation, frozen: &StateSpace) -> Option<StateSpace> {
         Some(self.held(l).closed(&trapezoidal(frozen, self.sample_time).ok()?))
     }
 
-    /// Vehicle, actuators and filtered reference over one sample, with held commands.
+    /// Discretises vehicle, actuators and filtered reference over one sample, with held commands.
     pub fn held(&self, l: &Linearisation) -> Interconnection {
         let m = self.actuators.len();
         let states = l.states.len();
@@ -130,12 +130,12 @@ impl<'a> Sampling<'a> {
         })
     }
 
-    /// Vehicle, actuators and filtered reference in continuous time, with the lags of the design.
+    /// Returns vehicle, actuators and filtered reference in continuous time, with the lags of the design.
     pub fn ideal(&self, l: &Linearisation) -> Interconnection {
         let has_lag = |actuator: &Actuator| self.design.lags && actuator.lag > 0.0;
         let (states, m) = (l.states.len(), self.actuators.len());
         let all = self.lagged(l, has_lag);
-        let kept: Vec<usize> =
+        let selected: Vec<usize> =
             (0..states).chain((0..m).filter(|j| has_lag(&self.actuators[*j])).map(|j| states + j)).collect();
         let mut b = Mat::zeros(states + m, m);
         for (j, actuator) in self.actuators.iter().enumerate() {
@@ -145,7 +145,7 @@ impl<'a> Sampling<'a> {
                 b.view_mut((0, j), (states, 1)).copy_from(&l.b.column(j))
             }
         }
-        let (a, b) = (all.select_rows(&kept).select_columns(&kept), b.select_rows(&kept));
+        let (a, b) = (all.select_rows(&selected).select_columns(&selected), b.select_rows(&selected));
         if self.design.delay <= 0.0 {
             return self.interconnection(l, a, &b, |w| [-w, w]);
         }
@@ -155,17 +155,17 @@ impl<'a> Sampling<'a> {
         self.interconnection(l, a, &block(&[&[&-b], &[&rate]]), |w| [-w, w])
     }
 
-    /// The delay of the commands in ticks.
+    /// Returns the delay of the commands in ticks.
     pub(super) fn delay_ticks(&self) -> usize {
         (self.design.delay / self.sample_time).round() as usize
     }
 
-    /// The lag of an actuator; without one, a lag much faster than the sample time.
+    /// Lag of an actuator; if it has none, a lag much shorter than the sample time.
     fn lag(&self, actuator: &Actuator) -> f64 {
         actuator.lag.max(1e-3 * self.sample_time)
     }
 
-    /// A of the vehicle states, then the actuators; an actuator without lag has a zero row and column.
+    /// Matrix A of the vehicle states, then the actuators; an actuator without lag has a zero row and column.
     fn lagged(&self, l: &Linearisation, has_lag: impl Fn(&Actuator) -> bool) -> Mat {
         let (states, m) = (l.states.len(), self.actuators.len());
         let mut a = Mat::zeros(states + m, states + m);
@@ -214,7 +214,7 @@ impl<'a> Sampling<'a> {
         };
         let Some(w) = self.design.reference_filter() else { return fixed };
         let [pole, gain] = filter(w);
-        // The effect of the trim on each reference and measurement, in its scale.
+        // Effect of the trim on each reference and measurement, in its scale.
         let moves = |(signal, scale): (&Signal, f64)| {
             -l.states.iter().zip(slope.iter()).map(|(state, x)| signal.output(state) * x).sum::<f64>() / scale
         };
@@ -232,7 +232,7 @@ impl<'a> Sampling<'a> {
     }
 }
 
-/// A sampled system `[a b]` with its inputs delayed by `ticks` ticks; the states of the delay come last.
+/// Delays the inputs of a sampled system `[a b]` by `ticks` ticks; the states of the delay come last.
 fn with_input_delay(a: Mat, b: Mat, ticks: usize) -> (Mat, Mat) {
     let m = b.ncols();
     (0..ticks).fold((a, b), |(a, b), _| {
@@ -242,15 +242,15 @@ fn with_input_delay(a: Mat, b: Mat, ticks: usize) -> (Mat, Mat) {
     })
 }
 
-/// `Dtt` of the discretised controller: `Dtt + Ct (I - A T/2)^-1 Bt T/2`.
+/// Returns `Dtt` of the discretised controller: `Dtt + Ct (I - A T/2)^-1 Bt T/2`; `None` if it has a mode at 2/T.
 pub fn sampled_dtt(k: &squid_lpv::controller::Controller, sample_time: f64) -> Option<Mat> {
     let n = k.a().nrows();
     let inner = solve(&(Mat::identity(n, n) - &k.a() * (0.5 * sample_time)), &k.bt())?;
     Some(&k.dtt() + &k.ct() * inner * (0.5 * sample_time))
 }
 
-/// Discretises a controller by the trapezoidal rule with sample time T \[s\], like `squid_scheduled::Lft::discretise` at a
-/// frozen parameter: `K_d(z) = K(2/T (z - 1)/(z + 1))`.
+/// Discretises a controller by the trapezoidal rule with sample time T \[s\], like `squid_scheduled::Lft::discretise`
+/// at a frozen parameter: `K_d(z) = K(2/T (z - 1)/(z + 1))`.
 ///
 /// # Errors
 /// [`CertifyError::ModeAtTwiceTheRate`].
@@ -279,15 +279,15 @@ pub(crate) mod tests {
     use squid_lpv::controller::Controller;
     use squid_lpv::partition::Group::{U, X, Y};
 
-    /// A matrix of arbitrary numbers below 0.3 in magnitude.
-    pub(crate) fn some(rows: usize, columns: usize, seed: f64) -> Mat {
+    /// Matrix of arbitrary numbers below 0.3 in magnitude.
+    pub(crate) fn arbitrary(rows: usize, columns: usize, seed: f64) -> Mat {
         Mat::from_fn(rows, columns, |i, j| 0.3 * (seed + 1.7 * i as f64 + 2.9 * j as f64).sin())
     }
 
-    /// The generalised plant has deviations from a moving trim, the flown controller those from a fixed one; both
-    /// describe the same loop: `z = [W_e (T_ref R r - C x); W_u u]`.
+    /// The generalised plant has deviations from a moving trim, the flown controller has deviations from a fixed one;
+    /// both describe the same loop: `z = [W_e (T_ref R r - C x); W_u u]`.
     #[test]
-    fn the_plant_of_the_design_is_the_loop_that_flies() {
+    fn plant_of_design_is_flown_loop() {
         for (name, design, speed, delay) in [
             ("squid", "design", 0.7, 0.0),
             ("squid", "design", 2.6, 0.04),
@@ -303,10 +303,10 @@ pub(crate) mod tests {
             let l = inputs.axis().linearise(speed).unwrap();
             let (p, m, y) = (file.tracked.len(), actuators.len(), file.tracked.len() + file.measured.len());
             let parts = [
-                (X, X, some(3, 3, 0.0) - Mat::identity(3, 3)),
-                (X, Y, some(3, y, 1.0)),
-                (U, X, some(m, 3, 2.0)),
-                (U, Y, some(m, y, 3.0)),
+                (X, X, arbitrary(3, 3, 0.0) - Mat::identity(3, 3)),
+                (X, Y, arbitrary(3, y, 1.0)),
+                (U, X, arbitrary(m, 3, 2.0)),
+                (U, Y, arbitrary(m, y, 3.0)),
             ];
             let k = Controller::new(vec![], &parts).unwrap();
             let plant = augment(actuators, file, LinearModel::at(&l, file)).unwrap();
@@ -323,8 +323,8 @@ pub(crate) mod tests {
                         .iter()
                         .map(|t| t.model.map_or(Complex::new(1.0, 0.0), |model| model.response(omega)))
                         .collect();
-                    // The effect of the speed reference on the trimmed pitch; the pitch reference of the plant is
-                    // relative to that.
+                    // Effect of the speed reference on the trimmed pitch, relative to which the plant has its pitch
+                    // reference.
                     let moves = Some(j) == file.tracked_speed() && file.reference_filter().is_some();
                     let moved = if moves {
                         models[j] * (slope[3] * file.tracked[j].scale / file.tracked[pitch].scale)
@@ -359,9 +359,9 @@ pub(crate) mod tests {
         }
     }
 
-    /// With a short sample time the sampled loop approximates the continuous one with all lags.
+    /// The sampled loop approximates the continuous one with all lags if the sample time is short.
     #[test]
-    fn a_loop_sampled_often_is_the_one_in_continuous_time() {
+    fn fast_sampled_loop_approximates_continuous_loop() {
         let mut inputs = shipped("squid", "design");
         inputs.design.delay = 5e-4;
         let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
@@ -371,7 +371,7 @@ pub(crate) mod tests {
             a: Mat::zeros(0, 0),
             b: Mat::zeros(0, y),
             c: Mat::zeros(actuators.len(), 0),
-            d: some(actuators.len(), y, 4.0),
+            d: arbitrary(actuators.len(), y, 4.0),
         };
         let fast = Sampling { sample_time: 1e-5, ..Sampling::of(actuators, file) };
         let (sampled, continuous) = (fast.held(&l).closed(&gain), fast.ideal(&l).closed(&gain));

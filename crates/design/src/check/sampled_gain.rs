@@ -1,14 +1,14 @@
-//! The gain from w to z of the sampled loop, frozen at a speed.
+//! Gain from w to z of the sampled loop, frozen at a speed.
 //!
 //! In the plant of the design the commands are deviations from the trim, which continuously follows the filtered speed
-//! reference V_r. The flown autopilot holds the trim between ticks with the rest of the command, and filters the
+//! reference V_r. The flown autopilot holds the trim between ticks, like the rest of the command, and filters the
 //! reference of the last tick:
 //!
 //! ```text
 //! u(t) = u_k + u0'(V_r(t_k) - V_r(t)),   V_r' = w_r (r(t_k) - V_r)
 //! ```
 //!
-//! so V_r is sampled, too, and r(t_k) is held like a command.
+//! V_r is therefore sampled, too, and r(t_k) is held like a command.
 
 use crate::augment::{LinearModel, augment};
 use crate::axis::Linearisation;
@@ -24,10 +24,10 @@ use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::state_space::StateSpace;
 
 impl Sampling<'_> {
-    /// Bounds on the gain from w to z, including between the ticks, of the true linearisation with the actuator lags
-    /// and a frozen sampled controller with held, delayed commands; both infinite for an unstable loop. References and
-    /// noise, which enter the controller directly, are held between ticks; disturbances are as given by `w`. The search
-    /// starts at a `guess`.
+    /// Bounds the gain from w to z, including between the ticks, of the true linearisation with the actuator lags and a
+    /// frozen sampled controller with held, delayed commands; both bounds are infinite for an unstable loop. References
+    /// and noise, which enter the controller directly, are held between ticks; disturbances are as given by `w`. The
+    /// search starts at a `guess`.
     ///
     /// # Errors
     /// [`ModelError`]; a controller that cannot be sampled.
@@ -42,7 +42,7 @@ impl Sampling<'_> {
         Ok(sampled_gain_near(&plant, &k, self.sample_time, w, guess).map_err(ModelError::System)?)
     }
 
-    /// The plant in continuous time and the controller in discrete time.
+    /// Returns the plant in continuous time and the controller in discrete time.
     fn lifted(
         &self,
         l: &Linearisation,
@@ -59,36 +59,36 @@ impl Sampling<'_> {
         let slope = l.trim_slope.rows(l.states.len(), self.actuators.len()) * design.tracked[speed].scale;
         let reach = self.actuators.iter().map(|a| 1.0 / a.reach());
         let slope = Mat::from_diagonal(&DVector::from_iterator(self.actuators.len(), reach)) * slope;
-        let level = level_of_trim(l, self.actuators, &design);
+        let level = trim_state_index(l, self.actuators, &design);
         let held = Held { speed, level, slope };
         Ok((held.plant(&plant), held.controller(k, ticks)))
     }
 }
 
-/// The index of V_r among the states of the plant; see [`squid_lpv::tracking::TrackingProblem::augment`].
-fn level_of_trim(l: &Linearisation, actuators: &[Actuator], design: &DesignFile) -> usize {
+/// Index of V_r among the states of the plant; see [`squid_lpv::tracking::TrackingProblem::augment`].
+fn trim_state_index(l: &Linearisation, actuators: &[Actuator], design: &DesignFile) -> usize {
     let lags = actuators.iter().filter(|a| design.lags && a.lag > 0.0).count();
     let slow = design.tracked.iter().filter(|t| t.references.follow > 1.0).count();
     l.states.len() + lags + design.tracked.len() + slow
 }
 
-/// A trim that is held between ticks.
+/// Trim that is held between ticks.
 struct Held {
-    /// The row of y with r - V_r.
+    /// Row of y with r - V_r.
     speed: usize,
-    /// The state V_r.
+    /// Index of the state V_r.
     level: usize,
-    /// u0' in the units of the plant, m x 1.
+    /// Slope u0' in the units of the plant, m x 1.
     slope: Mat,
 }
 
 impl Held {
-    /// The plant with the commands `[u + u0' V_r; r]` of the last tick, and with V_r as the last measurement.
+    /// Plant with the commands `[u + u0' V_r; r]` of the last tick, and with V_r as the last measurement.
     fn plant(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
         let sizes = plant.sizes();
         let mut now = Mat::zeros(1, sizes.x);
         now[(0, self.level)] = 1.0;
-        // The plant has V_r' = w_r (r - V_r) and its effects, so V_r enters as -r.
+        // The plant contains V_r' = w_r (r - V_r) and its effects, so V_r enters as -r.
         let by_reference = -plant.a().column(self.level);
         let from = |column| plant.parts.block(Y, column).rows(self.speed, 1).into_owned();
         let reference = from(X) + &now;
@@ -107,7 +107,7 @@ impl Held {
         GeneralisedPlant { parts: all, blocks: vec![] }
     }
 
-    /// The controller from `[y; V_r]` to `[u + u0' V_r; r]`, the first of which are delayed.
+    /// Controller from `[y; V_r]` to `[u + u0' V_r; r]`; only the commands are delayed.
     fn controller(&self, k: StateSpace, ticks: usize) -> StateSpace {
         let (n, y) = (k.a.nrows(), k.d.ncols());
         let b = block(&[&[&k.b, &Mat::zeros(n, 1)]]);
@@ -126,13 +126,12 @@ impl Held {
 mod tests {
     use super::*;
     use crate::axis::VehicleModel;
-    use crate::check::sampled::tests::some;
+    use crate::check::sampled::tests::arbitrary;
     use crate::inputs::tests::shipped;
 
-    /// Between ticks the plant of the design, with its trim held, has the modes of the flown loop, and those of the
-    /// weights.
+    /// The plant with its trim held between ticks has the modes of the flown loop, and those of the weights.
     #[test]
-    fn what_is_lifted_is_the_loop_that_flies() {
+    fn lifted_loop_has_modes_of_flown_loop() {
         for (name, design, speed, delay) in [
             ("squid", "design", 0.7, 0.0),
             ("squid", "design", 2.6, 0.06),
@@ -145,10 +144,10 @@ mod tests {
             let l = inputs.axis().linearise(speed).unwrap();
             let (m, y) = (actuators.len(), file.tracked.len() + file.measured.len());
             let k = StateSpace {
-                a: some(3, 3, 0.0) - Mat::identity(3, 3),
-                b: some(3, y, 1.0),
-                c: some(m, 3, 2.0),
-                d: some(m, y, 3.0),
+                a: arbitrary(3, 3, 0.0) - Mat::identity(3, 3),
+                b: arbitrary(3, y, 1.0),
+                c: arbitrary(m, 3, 2.0),
+                d: arbitrary(m, y, 3.0),
             };
             let sampling = Sampling::of(actuators, file);
             let (plant, sampled) = sampling.lifted(&l, &k).unwrap();

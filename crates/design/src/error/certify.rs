@@ -1,21 +1,21 @@
-//! Why a vehicle and its design are not certified.
+//! Errors of the certification of a vehicle and its design.
 
 use strum::IntoStaticStr;
 use thiserror::Error;
 
-/// Why a vehicle and its design are not certified, for reasons other than the proof itself.
+/// Error of the certification of a vehicle and its design, other than a failed proof.
 #[derive(Debug, Error, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum CertifyError {
-    /// A certificate claims less than the design does.
+    /// The certificate claims less than the design.
     #[error(
         "the certificate covers no model error, but the design is marked as certified for the vehicle: the rest \
             is about the fit alone, and proves nothing about the residual between the fit and the true \
             linearisations"
     )]
     NoResidual,
-    /// A mode of the controller at 2/T, where the trapezoidal rule has no solution.
+    /// The controller has a mode at 2/T, where the trapezoidal rule has no solution.
     #[error(
         "the controller has a mode at 2/T rad/s, T the sample time, where it cannot be discretised: choose another \
              sample_time in [autopilot]"
@@ -27,7 +27,7 @@ pub enum CertifyError {
             'lags = true' in [control]"
     )]
     RateWithoutLag { actuator: String },
-    /// Quadratic drag in both directions makes the fit's residual too large for a bound.
+    /// The fit's residual is too large for a bound because drag is quadratic in both directions.
     #[error(
         "no gain is proved for all models in the ball around the fit: from {from} to {to} m/s the slope of the \
             vehicle's drag bends at rest, which no polynomial in speed fits; make two designs, one astern \

@@ -1,9 +1,9 @@
-//! What is wrong with the input files of a design.
+//! Errors in the input files of a design.
 
 use strum::IntoStaticStr;
 use thiserror::Error;
 
-/// What is wrong with the input files of a design.
+/// Error in the input files of a design.
 #[derive(Debug, Error, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
@@ -19,7 +19,7 @@ pub enum InputError {
     /// The vehicle file or the design file is wrong.
     #[error(transparent)]
     File(#[from] squid_auv::FileError),
-    /// One of them cannot be read.
+    /// The vehicle file or the design file cannot be read.
     #[error(transparent)]
     #[strum(transparent)]
     Unreadable(#[from] squid_base::files::Error),
@@ -29,7 +29,7 @@ pub enum InputError {
     /// A design cannot be judged with the weights of another.
     #[error("{design} cannot be judged in the weights of {weights}: {why}")]
     Weights { design: String, weights: String, why: &'static str },
-    /// An actuator has the name of another variable of the FMUs.
+    /// An actuator's name is that of another variable of the FMUs.
     #[error(
         "{file}: an actuator cannot be called '{actuator}', because '{name}' is the name of another variable of \
             the FMUs; give it another 'name'"
@@ -41,44 +41,44 @@ pub enum InputError {
             it length and diameter there, or leave [sea] out"
     )]
     NoGeometry { file: String },
-    /// There is no given controller.
+    /// The design has no given controller.
     #[error("{file} has no [controller] of kind \"pid\"; give one there, or in a file by --controller")]
     NoController { file: String },
-    /// A request for another controller than the one that the design file gives.
+    /// The request needs another controller than the one given by the design file.
     #[error(
         "{file}: [controller] gives the controller, so that {what}; leave [controller] out, or ask for nothing else"
     )]
     GivenController { file: String, what: &'static str },
-    /// An axis that the file does not have.
+    /// The requested axis is not in the file.
     #[error("--axis is {found}; {file} has {axes}")]
     NoAxis { file: String, found: String, axes: String },
-    /// A file of several axes where one is asked for.
+    /// The file has several axes, and none is selected.
     #[error("{file} has the axes {axes}; name one of them with --axis")]
     SeveralAxes { file: String, axes: String },
-    /// Two axes that command one actuator.
+    /// Two axes command the same actuator.
     #[error(
         "{file}: the axes of {one} and {other} both command '{actuator}'; put what shares actuators into one [[axis]]"
     )]
     SharedActuator { file: String, actuator: String, one: &'static str, other: &'static str },
-    /// Two axes that do not share what one vehicle has.
+    /// Two axes differ in a property of their common vehicle.
     #[error("{file}: '{key}' is {values}; it must be the same for each axis: give it outside of [[axis]]")]
     AxesDiffer { file: String, key: &'static str, values: String },
-    /// Axes without a common speed.
+    /// The axes have no common speed.
     #[error("{file}: no speed is in the range of every axis: {ranges}")]
     NoCommonSpeed { file: String, ranges: String },
-    /// A requirement on the speed of a vehicle with a given speed.
+    /// A requirement concerns the speed of a vehicle with a given speed.
     #[error(
         "{file}: '{key}' must be left out, because the vehicle file says [surge] speed = \"given\": no actuator acts \
             on the speed, and the autopilot gets it in any case"
     )]
     GivenSpeed { file: String, key: String },
-    /// A design of heading for a vehicle that does not turn.
+    /// A design tracks heading, but the vehicle does not turn.
     #[error(
         "{design} tracks {tracked}, but the vehicle of {vehicle} moves in the vertical plane alone: give it \
          'mass.I_xx' and the numbers of sway, roll and yaw that a message then asks for"
     )]
     NoLateral { design: String, tracked: &'static str, vehicle: String },
-    /// An axis for a vehicle without an actuator of it.
+    /// The vehicle has no actuator that acts on the axis.
     #[error("{design} tracks {tracked}, but {vehicle} has no actuator that {needs}")]
     NothingActs { design: String, tracked: &'static str, vehicle: String, needs: &'static str },
 }

@@ -1,9 +1,9 @@
-//! Why there is no model of the vehicle or no generalised plant.
+//! Errors of the model of the vehicle and of the generalised plant.
 
 use strum::IntoStaticStr;
 use thiserror::Error;
 
-/// Why there is no model of the vehicle or no generalised plant.
+/// Error of the model of the vehicle or of the generalised plant.
 #[derive(Debug, Error, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]

@@ -1,9 +1,9 @@
-//! Why a controller is refused.
+//! Failed checks of a controller.
 
 use strum::IntoStaticStr;
 use thiserror::Error;
 
-/// Why a controller is refused.
+/// Failed check of a controller.
 #[derive(Debug, Clone, PartialEq, Error, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
@@ -20,20 +20,20 @@ pub enum Refusal {
     )]
     UnstableGiven {
         speed: f64,
-        /// The real part of the fastest growing mode, 1/s.
+        /// Real part of the fastest growing mode, 1/s.
         growth: f64,
     },
-    /// The loop of a given controller has no bound.
+    /// The loop of a given controller has no gain bound over the range of speed.
     #[error(
         "it is stable at each constant speed, but no gain is found for a speed that changes in any way from {low} to \
             {high} m/s{}; narrow the range of speeds, or let the gains change less with speed",
         inner(*from, *to, *part)
     )]
     Unbounded {
-        /// The largest range with a bound about its centre, m/s.
+        /// Largest range with a bound about its centre, m/s.
         from: f64,
         to: f64,
-        /// The same, relative to the whole range.
+        /// Width of that range relative to the full range.
         part: f64,
         low: f64,
         high: f64,
@@ -55,7 +55,7 @@ pub enum Refusal {
     )]
     UnstableSampled {
         speed: f64,
-        /// The sample time, s.
+        /// Sample time, s.
         sample_time: f64,
         radius: f64,
     },
@@ -75,7 +75,7 @@ pub enum Refusal {
     NotWellPosed { rho: f64 },
 }
 
-/// The range of speeds for which a gain was found.
+/// Text of the range of speeds for which a gain was found.
 fn inner(from: f64, to: f64, part: f64) -> String {
     if part > 0.0 { format!(", only from {from:.2} to {to:.2} m/s") } else { String::new() }
 }

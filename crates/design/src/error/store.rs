@@ -1,9 +1,9 @@
-//! Why the files of a design cannot be used.
+//! Errors of the stored files of a design.
 
 use strum::IntoStaticStr;
 use thiserror::Error;
 
-/// Why the files of a design cannot be used.
+/// Error of the stored files of a design.
 #[derive(Debug, Error, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]

@@ -1,9 +1,9 @@
-//! Why there is no uncertain model or no robust controller.
+//! Errors of the uncertain model and of the robust controller.
 
 use strum::IntoStaticStr;
 use thiserror::Error;
 
-/// Why there is no uncertain model.
+/// Error of the uncertain model.
 #[derive(Debug, Clone, PartialEq, Error, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
@@ -13,7 +13,7 @@ pub enum UncertainError {
         "the design {design} declares no uncertainty; add a section [uncertainty], as in vehicles/squid/design.toml"
     )]
     NothingUncertain { design: String },
-    /// The model reduction removes everything that is declared.
+    /// The model reduction removes all declared uncertainty.
     #[error(
         "{design}: [uncertainty]: no declared uncertainty is left in the model: at {:.0} % of their ranges, none of {} \
             changes the linear model, or an actuator's gain its own input, by more than {:.1} %; declare larger \
@@ -25,9 +25,9 @@ pub enum UncertainError {
     NothingLeft {
         design: String,
         names: Vec<String>,
-        /// The fraction of the ranges.
+        /// Fraction of the ranges.
         size: f64,
-        /// The allowed relative change of the model.
+        /// Allowed relative change of the model.
         tolerance: f64,
     },
     /// A coefficient does not enter the equations of motion affinely.
@@ -38,17 +38,17 @@ pub enum UncertainError {
     )]
     NotAffine {
         name: String,
-        /// The relative difference.
+        /// Relative difference.
         error: f64,
     },
-    /// Three of the coefficients are multiplied with one another.
+    /// Three of the coefficients are multiplied together.
     #[error(
         "[uncertainty]: three of the coefficients are multiplied together (relative error {error:.1e} in the \
             equations of motion); declare two of them at most, for instance not density, form_factor and \
             wetted_area together"
     )]
     ThreeMultiply {
-        /// The relative difference.
+        /// Relative difference.
         error: f64,
     },
     /// The coefficients at some corner of the ranges are out of range.
@@ -59,7 +59,7 @@ pub enum UncertainError {
     NoTrim { reason: squid_auv::TrimError },
 }
 
-/// Why there is no robust controller.
+/// Error of the robust design.
 #[derive(Debug, Clone, PartialEq, Error, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
@@ -72,7 +72,7 @@ pub enum RobustError {
     NotClear { which: &'static str },
 }
 
-/// Why no gain was proved for constant coefficients.
+/// Error of the proof of a gain for constant coefficients.
 #[derive(Debug, Error, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]

@@ -1,6 +1,6 @@
-//! Whether the actuators can follow the reference models of the tracked outputs.
+//! Authority of the actuators for the reference models of the tracked outputs.
 //!
-//! For a step r, a reference model of frequency w starts with the pitch acceleration r w^2, or the speed acceleration r
+//! A step r excites a reference model of frequency w with the initial pitch acceleration r w^2, or speed acceleration r
 //! w. The linear model gives the acceleration with the actuators at their limits, and the commands that hold the pitch
 //! at r. If these are insufficient, the actuators saturate, whatever the weights.
 
@@ -13,21 +13,21 @@ use squid_auv::{Actuator, Pitch, rounded};
 use squid_lpv::matrix::Mat;
 use squid_lpv::weights::ReferenceModel;
 
-/// Singular values below this fraction of the largest are taken as zero.
+/// Fraction of the largest singular value below which singular values count as zero.
 const RANK_TOLERANCE: f64 = 1e-9;
 
 /// Relative tolerance of rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// The largest ratio of needed to available authority over the speeds, and its speed.
+/// Largest ratio of required to available authority over the speeds, and its speed.
 struct Shortage {
     speed: f64,
     ratio: f64,
 }
 
-/// Warnings: the actuators cannot hold the pitch step of the manoeuvre; they cannot accelerate the pitch by that step,
-/// or the speed by its scale, as the reference model does; the reference model of the depth takes a path steeper than
-/// 30 deg.
+/// Returns warnings: the actuators cannot hold the pitch step of the manoeuvre; they cannot accelerate the pitch by
+/// that step, or the speed by its scale, as the reference model requires; the reference model of the depth takes a path
+/// steeper than 30 deg.
 pub fn remarks(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Vec<String> {
     let of_output = |tracked: &Tracked| match tracked.signal.name {
         "depth" => [too_steep(file, tracked, model), None],
@@ -37,7 +37,7 @@ pub fn remarks(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Vec<
     file.tracked.iter().flat_map(of_output).flatten().collect()
 }
 
-/// The largest ratio, if it is above 1.
+/// Largest ratio, if it is above 1.
 fn worst(model: &Model, ratio: impl Fn(&Linearisation) -> f64) -> Option<Shortage> {
     let each = model.grid.iter().map(|(_, l)| Shortage { speed: l.trim.speed, ratio: ratio(l) });
     each.max_by(|a, b| a.ratio.total_cmp(&b.ratio)).filter(|shortage| shortage.ratio > 1.0)
@@ -64,11 +64,11 @@ fn too_far(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Option<S
     })
 }
 
-/// The steepest path \[rad\] (30 deg) for which the linear models of level flight are accepted.
+/// Steepest path \[rad\] (30 deg) for which the linear models of level flight are accepted.
 const STEEP: f64 = std::f64::consts::PI / 6.0;
 
-/// The largest rate of the unit step response of a reference model \[1/s\]: `w exp(-zeta t)` at its inflection point `t
-/// = acos(zeta)/sqrt(1 - zeta^2)`, in units of 1/w; w itself for a first-order model.
+/// Largest rate of the unit step response of a reference model \[1/s\]: `w exp(-zeta t)` at its inflection point `t =
+/// acos(zeta)/sqrt(1 - zeta^2)`, in units of 1/w; w itself for a first-order model.
 fn steepest(model: &ReferenceModel) -> f64 {
     let inflection = |zeta: f64| match 1.0 - zeta * zeta {
         rest if rest > ROUNDING => zeta.acos() / rest.sqrt(),
@@ -78,7 +78,8 @@ fn steepest(model: &ReferenceModel) -> f64 {
     model.frequency * model.damping.map_or(1.0, |zeta| (-zeta * inflection(zeta)).exp())
 }
 
-/// If thrusters hold the heave, depth needs no steep path.
+/// Warning of too steep a path in a step of depth; none if pitch is held in trim, because thrusters then hold the
+/// heave.
 fn too_steep(file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<String> {
     if matches!(file.pitch, Pitch::Held(_)) {
         return None;
@@ -100,11 +101,11 @@ fn too_steep(file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<Stri
 
 fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<String> {
     let frequency = tracked.model?.frequency;
-    // Of an angle its second derivative is driven.
+    // The actuators drive the second derivative of an angle.
     let (name, is_angle) = (tracked.signal.name, tracked.signal.unit == "rad");
     let step = if is_angle { file.manoeuvre.step(name).abs() } else { tracked.scale };
-    let asked = if is_angle { step * frequency * frequency } else { step * frequency };
-    let Shortage { speed, ratio } = worst(model, |l| asked / available(actuators, tracked, l))?;
+    let required = if is_angle { step * frequency * frequency } else { step * frequency };
+    let Shortage { speed, ratio } = worst(model, |l| required / available(actuators, tracked, l))?;
     let (factor, unit) = readable(tracked.signal.unit);
     let lower = if is_angle { ratio.sqrt() } else { ratio };
     let key = if is_angle { format!("manoeuvre.{name}_step") } else { "its 'scale'".to_owned() };
@@ -121,8 +122,7 @@ fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model:
     ))
 }
 
-/// The largest acceleration of an output with every actuator at its reach \[SI/s2 or SI/s\]; for pitch, that of its
-/// rate.
+/// Largest acceleration of an output with every actuator at its reach \[SI/s2 or SI/s\]; for pitch, that of its rate.
 fn available(actuators: &[Actuator], tracked: &Tracked, l: &Linearisation) -> f64 {
     let rate = turn_rate(l.states);
     let own = l.states.iter().position(|state| tracked.signal.output(state) == 1.0);
@@ -130,8 +130,8 @@ fn available(actuators: &[Actuator], tracked: &Tracked, l: &Linearisation) -> f6
     actuators.iter().enumerate().map(|(j, a)| (l.b[(driven, j)] * a.reach()).abs()).sum()
 }
 
-/// The largest ratio over the actuators of the deflection that holds the pitch a step \[rad\] off the trim at the same
-/// forward speed, to the deflection available from the trim; infinite if the pitch cannot be held.
+/// Returns the largest ratio, over the actuators, of the output that holds the pitch a step \[rad\] off the trim at the
+/// same forward speed to the output available from the trim; infinite if the pitch cannot be held.
 ///
 /// `A x + B u = 0` with x = \[0 w 0 step\] is solved for w and u with minimum norm, u in units of reach.
 pub fn holding_ratio(actuators: &[Actuator], step: f64, l: &Linearisation) -> f64 {
@@ -140,11 +140,11 @@ pub fn holding_ratio(actuators: &[Actuator], step: f64, l: &Linearisation) -> f6
         0 => l.a[(i, heave)],
         j => l.b[(i, j - 1)] * actuators[j - 1].reach(),
     });
-    let wanted = Mat::from_fn(theta, 1, |i, _| -l.a[(i, theta)] * step);
+    let target = Mat::from_fn(theta, 1, |i, _| -l.a[(i, theta)] * step);
     let svd = coefficients.clone().svd(true, true);
     let largest = svd.singular_values.max();
-    let Ok(found) = svd.solve(&wanted, RANK_TOLERANCE * largest) else { return f64::INFINITY };
-    if (&coefficients * &found - &wanted).amax() > ROUNDING * wanted.amax() {
+    let Ok(found) = svd.solve(&target, RANK_TOLERANCE * largest) else { return f64::INFINITY };
+    if (&coefficients * &found - &target).amax() > ROUNDING * target.amax() {
         return f64::INFINITY;
     }
     let used = |(j, a): (usize, &Actuator)| {
@@ -168,9 +168,9 @@ mod tests {
         remarks(&inputs.vehicle.actuators, &inputs.design, &model)
     }
 
-    /// The unit step response of `w^2/(s^2 + 2 zeta w s + w^2)`, integrated numerically.
+    /// The peak rate equals that of the numerically integrated unit step response of `w^2/(s^2 + 2 zeta w s + w^2)`.
     #[test]
-    fn a_model_is_steepest_as_its_response_is() {
+    fn steepest_rate_is_that_of_step_response() {
         for damping in [0.3, 0.97, 1.0, 1.0 + 1e-9, 3.0] {
             let (frequency, tick) = (0.7, 1e-4);
             let (mut at, mut rate, mut most) = (0.0, 0.0, 0.0_f64);
@@ -185,30 +185,33 @@ mod tests {
         assert_eq!(steepest(&ReferenceModel { frequency: 0.7, damping: None }), 0.7);
     }
 
-    /// REMUS 100 in depth control: a path of 30 deg at 1.4 m/s sinks at 0.7 m/s.
+    /// REMUS 100 in depth control sinks at 0.7 m/s on a path of 30 deg at 1.4 m/s.
     #[test]
-    fn a_step_of_the_depth_that_is_too_steep_is_warned_of() {
+    fn warns_of_too_steep_step_of_depth() {
         let mut inputs = shipped_axis("remus100", "design", Some("depth"));
         let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
-        let mut said = |step: f64| {
+        let mut warnings_of_step = |step: f64| {
             inputs.design.manoeuvre = inputs.design.manoeuvre.with_step("depth", step);
             remarks(&inputs.vehicle.actuators, &inputs.design, &model)
         };
         let most = 0.7 / (0.35 * (-1f64).exp());
-        assert_eq!((said(1.0), said(0.99 * most), said(-0.99 * most)), (vec![], vec![], vec![]));
-        let [steep] = &said(-1.05 * most)[..] else { panic!() };
+        assert_eq!(
+            (warnings_of_step(1.0), warnings_of_step(0.99 * most), warnings_of_step(-0.99 * most)),
+            (vec![], vec![], vec![])
+        );
+        let [steep] = &warnings_of_step(-1.05 * most)[..] else { panic!() };
         assert!(steep.contains("a path steeper than 30 deg,\nfar from the level flight"), "{steep}");
         assert!((number_before(steep, " rad/s or less") - 0.35 / 1.05).abs() < 0.01, "{steep}");
     }
 
-    /// The last number before a word.
-    fn number_before(words: &str, unit: &str) -> f64 {
-        words.split(unit).next().unwrap().split_whitespace().last().unwrap().parse().unwrap()
+    /// Last number before a unit.
+    fn number_before(text: &str, unit: &str) -> f64 {
+        text.split(unit).next().unwrap().split_whitespace().last().unwrap().parse().unwrap()
     }
 
     /// The advised value is sufficient, and a slightly larger one is not.
     #[test]
-    fn the_advice_is_followed_once() {
+    fn following_advice_removes_warning() {
         assert_eq!(warnings(|_| ()), Vec::<String>::new());
         let frequency =
             |w: f64| move |i: &mut Inputs| i.design.tracked[0].model.as_mut().unwrap().frequency = w;

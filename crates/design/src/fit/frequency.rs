@@ -1,4 +1,4 @@
-//! The errors of the fits against the true linearisations as frequency responses (the paper's Fig. 4).
+//! Errors of the fits against the true linearisations as frequency responses (the paper's Fig. 4).
 
 use crate::fit::Model;
 use crate::inputs::design_file::Tracked;
@@ -12,56 +12,56 @@ use squid_lpv::polynomial::MatrixPolynomial;
 use squid_lpv::state_space::StateSpace;
 use squid_signals::{Signal, States};
 
-/// 61 frequencies from 0.01 to 10 rad/s, evenly spaced on a logarithmic axis.
+/// Returns 61 frequencies from 0.01 to 10 rad/s, evenly spaced on a logarithmic axis.
 pub fn axis() -> Vec<f64> {
     (0..=60).map(|i| 10f64.powf(-2.0 + f64::from(i) / 20.0)).collect()
 }
 
-/// The system `[A B]` from the actuators to [`outputs`], in SI units.
+/// Returns the system `[A B]` from the actuators to [`outputs`], in SI units.
 pub fn system(ab: &Mat, states: States) -> StateSpace {
     let outputs = outputs(states);
     to(ab, Mat::from_fn(outputs.len(), states.len(), |i, j| outputs[i].output(&states[j])))
 }
 
-/// The system `[A B]` from the actuators to the outputs C x.
+/// System `[A B]` from the actuators to the outputs C x.
 fn to(ab: &Mat, c: Mat) -> StateSpace {
     let (a, b) = split(ab);
     let d = Mat::zeros(c.nrows(), b.ncols());
     StateSpace { a, b, c, d }
 }
 
-/// The outputs of [`system`]: speed and pitch, heading, or roll; the angle last.
+/// Returns the outputs of [`system`]: speed and pitch, heading, or roll; the angle last.
 pub fn outputs(states: States) -> Vec<&'static Signal> {
     let view = View::of_states(states);
     if view.is_level_held { vec![angle(states)] } else { vec![&SIGNALS[SPEED], angle(states)] }
 }
 
-/// The angle of [`outputs`], the first signal of its view.
+/// Returns the angle of [`outputs`], the first signal of its view.
 pub fn angle(states: States) -> &'static Signal {
     &View::of_states(states).interface.signals[0]
 }
 
-/// The largest errors of the fit of one order over the speeds of the grid and the frequencies.
+/// Largest errors of the fit of one order over the speeds of the grid and the frequencies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Errors {
-    /// The order.
+    /// Order of the fit.
     pub order: usize,
-    /// `|G_fit - G| / |G|` in the largest singular value, from all actuators in units of their reach to the tracked
-    /// outputs in units of their scales.
+    /// Error `|G_fit - G| / |G|` in the largest singular value, from all actuators in units of their reach to the
+    /// tracked outputs in units of their scales.
     pub scaled: f64,
-    /// `|g_fit - g| / |g|` from each actuator (columns) to each of [`outputs`] (rows); NaN for an actuator without
-    /// effect on the output.
+    /// Error `|g_fit - g| / |g|` from each actuator (columns) to each of [`outputs`] (rows); NaN for an actuator
+    /// without effect on the output.
     pub channels: Mat,
 }
 
 impl Errors {
-    /// The error from an actuator to the [`angle`].
+    /// Returns the error from an actuator to the [`angle`].
     pub fn of_angle(&self, actuator: usize) -> f64 {
         self.channels[(self.channels.nrows() - 1, actuator)]
     }
 }
 
-/// The actuator with the largest effect on the [`angle`], at its reach, at the lowest speed of the model.
+/// Returns the actuator with the largest effect on the [`angle`], at its reach, at the lowest speed of the model.
 pub fn turning_actuator(actuators: &[Actuator], model: &Model) -> usize {
     let effect = |j: usize| {
         model.grid.first().map_or(0.0, |(_, l)| l.b[(turn_rate(l.states), j)].abs() * actuators[j].reach())
@@ -70,7 +70,7 @@ pub fn turning_actuator(actuators: &[Actuator], model: &Model) -> usize {
     most.unwrap_or(0)
 }
 
-/// The errors of each order of the model's residuals.
+/// Computes the errors for each order of the model's residuals.
 pub fn errors(actuators: &[Actuator], tracked: &[Tracked], model: &Model) -> Vec<Errors> {
     let samples: Vec<(f64, Mat)> = model.grid.iter().map(|(rho, l)| (*rho, stacked(&l.a, &l.b))).collect();
     let fits = model
@@ -123,7 +123,7 @@ mod tests {
     use crate::inputs::tests::shipped;
     use squid_auv::longitudinal::PITCH;
 
-    /// Other scales of the design do not change the errors of the channels, only the scaled error. The channel of the
+    /// The scales of the design change only the scaled error, not the errors of the channels. The channel of the
     /// paper's Fig. 4 has a much larger error than speed and pitch together in SI units, where speed dominates.
     #[test]
     fn errors_are_by_channel_and_in_the_scales_of_the_design() {
@@ -143,7 +143,7 @@ mod tests {
         }
         let second = at(&inputs);
         assert_eq!(first.channels, second.channels);
-        // In units of so small a scale, pitch dominates.
+        // Pitch dominates in units of so small a scale.
         assert!(
             second.scaled > 2.0 * first.scaled || first.scaled > 0.02,
             "{} {}",

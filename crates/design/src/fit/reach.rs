@@ -1,8 +1,8 @@
-//! Whether every motion of the vehicle that is not asymptotically stable is controllable by the actuators and
-//! observable by the measurements, at each speed of the range.
+//! Controllability by the actuators and observability from the measurements, at each speed of the range, of every
+//! motion of the vehicle that is not asymptotically stable.
 //!
-//! Otherwise there is no controller, whatever the requirements. The test is that of [`squid_lpv::system::modes`]; here the
-//! motion is named, and what would act on it or measure it.
+//! Otherwise there is no controller, whatever the requirements. The test is that of [`squid_lpv::system::modes`]; this
+//! module also names the motion, and the missing actuator or measurement.
 
 use crate::axis::Linearisation;
 use crate::error::ModelError;
@@ -37,13 +37,13 @@ pub fn check(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Result
     Ok(())
 }
 
-/// A, and B with inputs in units of their reach.
+/// Matrices A, and B with inputs in units of their reach.
 fn scaled_system(actuators: &[Actuator], l: &Linearisation) -> (Mat, Mat) {
     split(&scaled(actuators, stacked(&l.a, &l.b)))
 }
 
-/// The dominant state of a mode that is not controllable through B: the largest entry of the left singular vector x of
-/// the smallest singular value of `[A - mode I, B]`, for which `x* [A - mode I, B] = 0`.
+/// Dominant state of a mode that is not controllable through B: the largest entry of the left singular vector x of the
+/// smallest singular value of `[A - mode I, B]`, for which `x* [A - mode I, B] = 0`.
 fn dominant_state(a: &Mat, b: &Mat, mode: Complex<f64>) -> usize {
     let n = a.nrows();
     let pencil = nalgebra::DMatrix::from_fn(n, n + b.ncols(), |i, j| {
@@ -67,7 +67,7 @@ mod tests {
         (inputs, model)
     }
 
-    /// The message for a model whose linearisation at the fourth speed is changed.
+    /// Error message for a model whose linearisation is changed at the fourth speed.
     fn refusal((inputs, model): &(Inputs, Model), change: impl Fn(&mut Linearisation)) -> String {
         let mut model = model.clone();
         change(&mut model.grid[3].1);
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn the_motion_that_nothing_acts_on_is_named_with_its_speed() {
+    fn names_uncontrollable_motion_and_speed() {
         let squid = squid();
         assert!(check(&squid.0.vehicle.actuators, &squid.0.design, &squid.1).is_ok());
         let speed = squid.1.grid[3].1.trim.speed;
@@ -90,10 +90,9 @@ mod tests {
         }
     }
 
-    /// None of the measured pitch, speed and pitch rate observes a constant heave that has no effect on the other
-    /// states.
+    /// Pitch, speed and pitch rate do not observe a constant heave that has no effect on the other states.
     #[test]
-    fn the_motion_that_no_measurement_shows_is_named_with_its_speed() {
+    fn names_unobservable_motion_and_speed() {
         let squid = squid();
         let found = refusal(&squid, |l| l.a.column_mut(1).fill(0.0));
         let (speed, State { name, shows, .. }) = (squid.1.grid[3].1.trim.speed, squid.0.design.states[1]);

@@ -1,4 +1,4 @@
-//! The slope of the trim as a rational function of rho.
+//! Slope of the trim as a rational function of rho.
 //!
 //! Level flight needs a lift that is independent of speed, so incidence and thrust vary with inverse powers of the
 //! speed. A rational fit with one common denominator has the poles that a polynomial lacks, with the same number of
@@ -14,14 +14,14 @@ use squid_lpv::matrix::{Mat, eigenvalues, largest, largest_singular_value};
 use squid_lpv::rational::MatrixRational;
 use squid_proof::same_plant::NEAREST_POLE;
 
-/// The error, relative to the largest slope, above which a pole is added. Below it the ball costs little, and poles
-/// near the range, which the controller has as well, would cost more.
+/// Error, relative to the largest slope, above which a pole is added. A smaller error enlarges the ball little, while
+/// poles near the range, which the controller has as well, would cost more.
 const ACCEPTED_ERROR: f64 = 0.02;
 
-/// The factor by which a further pole must reduce the error.
+/// Factor by which a further pole must reduce the error.
 const REDUCTION: f64 = 0.5;
 
-/// The slopes of the trims of a design at [`TRIM_ROWS`] speeds, each with its rho.
+/// Returns the slopes of the trims of a design at [`TRIM_ROWS`] speeds, each with its rho.
 ///
 /// # Errors
 /// The errors of the trims.
@@ -30,7 +30,7 @@ pub fn trim_slopes(vehicle: &dyn VehicleModel, design: &DesignFile) -> Result<Ve
     Ok(speeds.iter().map(|v| design.rho(*v)).zip(vehicle.trim_slopes(&speeds)?).collect())
 }
 
-/// The LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1.
+/// Returns the LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1.
 ///
 /// The fits ([`MatrixRational::fit`]) have a numerator of the design's order and at most as many poles, all at least
 /// [`NEAREST_POLE`] from 0; without poles the fit is a polynomial. A further pole is added while the largest error at

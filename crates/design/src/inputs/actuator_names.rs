@@ -1,4 +1,4 @@
-//! The names of actuators, which must differ from those of the FMUs' other variables.
+//! Names of actuators, which must differ from those of the FMUs' other variables.
 
 use crate::error::InputError;
 use squid_auv::{COEFFICIENTS, VIEWS, Vehicle};
@@ -49,7 +49,7 @@ const RESERVED: [&str; 40] = [
     "wave_seed",
 ];
 
-/// A variable of plants of vehicles with a given speed.
+/// Variable of plants of vehicles with a given speed.
 const GIVEN: &str = "given_speed";
 
 /// Variables of plants in six degrees of freedom.
@@ -70,7 +70,7 @@ const OF_TURNING: [&str; 14] = [
     "sway_over_ground",
 ];
 
-/// The variables that the FMUs have of a signal that is measured or tracked.
+/// Variables of the FMUs for each signal.
 fn of_signals() -> impl Iterator<Item = String> {
     let names = VIEWS.iter().flat_map(|view| view.interface.signals).map(|signal| signal.name);
     let of =
@@ -78,7 +78,7 @@ fn of_signals() -> impl Iterator<Item = String> {
     names.flat_map(of)
 }
 
-/// The variables of an actuator.
+/// Variables of an actuator.
 fn variables_of(name: &str) -> [String; 5] {
     let with = |end: &str| format!("{name}_{end}");
     [name.to_owned(), with("output"), with("applied"), with("saturated"), format!("trim_{name}")]
@@ -92,10 +92,10 @@ pub fn check(vehicle: &Vehicle, file: &str) -> Result<(), InputError> {
     let given = vehicle.coefficients.surge.is_given().then_some(GIVEN);
     let reserved =
         RESERVED.into_iter().chain(OF_TURNING).chain(given).chain(COEFFICIENTS.iter().map(|spec| spec.key));
-    let mut taken: BTreeSet<String> = reserved.map(str::to_owned).chain(of_signals()).collect();
+    let mut reserved_name: BTreeSet<String> = reserved.map(str::to_owned).chain(of_signals()).collect();
     for actuator in &vehicle.actuators {
         for name in variables_of(&actuator.name) {
-            if !taken.insert(name.clone()) {
+            if !reserved_name.insert(name.clone()) {
                 return Err(InputError::ActuatorName {
                     file: file.into(),
                     actuator: actuator.name.clone(),
@@ -117,9 +117,9 @@ mod tests {
         Vehicle::parse(&text, "vehicle.toml").unwrap()
     }
 
-    /// The list is exactly that of the committed model descriptions.
+    /// The list equals that of the committed model descriptions.
     #[test]
-    fn the_list_is_that_of_the_fmus() {
+    fn reserved_names_are_those_of_fmus() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let vehicle = squid(&folder);
         let mut found: BTreeSet<String> = BTreeSet::from(["time".to_owned()]);
@@ -141,11 +141,11 @@ mod tests {
     }
 
     #[test]
-    fn names_that_are_taken_are_refused() {
+    fn rejects_names_of_other_variables() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let mut vehicle = squid(&folder);
         check(&vehicle, "v.toml").unwrap();
-        for (name, taken) in [
+        for (name, reserved_name) in [
             ("pitch", "pitch"),
             ("time", "time"),
             ("heading_rate", "heading_rate"),
@@ -161,7 +161,7 @@ mod tests {
                 message.starts_with(&format!("v.toml: an actuator cannot be called '{name}'")),
                 "{message}"
             );
-            assert!(message.contains(&format!("'{taken}'")), "{message}");
+            assert!(message.contains(&format!("'{reserved_name}'")), "{message}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The design file: the requirements on the controller.
+//! Design file: the requirements on the controller.
 //!
 //! Every key is explained in the design files of the shipped vehicles.
 //!
@@ -30,26 +30,26 @@ use squid_scheduled::Manoeuvre;
 use squid_signals::{Interface, Signal, States};
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
 
-/// A range of numbers, with its text for messages.
+/// Range of numbers, with its text for messages.
 #[derive(Debug, Clone, Copy)]
 pub struct Range {
     least: f64,
     most: f64,
-    /// The allowed range in words.
+    /// Text of the allowed range.
     pub words: &'static str,
 }
 
 impl Range {
-    /// Whether a number is in the range; NaN is not.
+    /// Returns `true` if a number is in the range; NaN is not.
     pub fn allows(&self, v: f64) -> bool {
         (self.least..=self.most).contains(&v)
     }
 }
 
-/// w_b of W_e.
+/// Bandwidths w_b of W_e.
 pub const BANDWIDTH: Range = Range { least: 1e-6, most: 1e6, words: "from 1e-6 to 1e6 (rad/s)" };
 
-/// M_s of W_e. As it approaches 0 the high-frequency gain 1/M_s grows; at 0 the weight is improper.
+/// Peaks M_s of W_e. The high-frequency gain 1/M_s grows as the peak approaches 0, where the weight is improper.
 const PEAK: Range = Range {
     least: 1.0 + f64::EPSILON,
     most: 100.0,
@@ -59,7 +59,7 @@ const PEAK: Range = Range {
 /// Scales of references, which are divisors.
 const SCALE: Range = Range { least: 1e-6, most: 1e6, words: "from 1e-6 to 1e6" };
 
-/// W_u.
+/// Weights W_u on the commands.
 const CONTROL_WEIGHT: Range = Range {
     least: 1e-6,
     most: 1e6,
@@ -76,19 +76,19 @@ const DISTURBANCE: Range = Range {
 /// High-frequency gains, relative to those at frequency 0.
 const RISE: Range = Range { least: 1.0, most: 1e6, words: "from 1, no less than at low frequencies, to 1e6" };
 
-/// The emphasis of slow references.
+/// Emphasis of slow references.
 const FOLLOW: Range = Range { least: 1.0, most: 1e4, words: "from 1, as much as fast ones, to 1e4" };
 
-/// The factor on the waves.
+/// Factors on the wave amplitude.
 const WAVE_WEIGHT: Range = Range { least: 1e-3, most: 1e3, words: "from 0.001 to 1000" };
 
-/// The rise of gamma for fewer controller states and channels.
+/// Relative rise of gamma for fewer controller states and channels.
 const REDUCE: Range =
     Range { least: 0.0, most: 0.5, words: "from 0 to 0.5, a relative rise of gamma; 0 keeps all states" };
-/// `reduce` where the file gives none.
+/// Default of `reduce`.
 const DEFAULT_REDUCE: f64 = 0.03;
 
-/// The bound on the rate of the speed.
+/// Bounds on the rate of the speed.
 pub const RATE: Range = Range { least: 1e-6, most: 1e3, words: "from 1e-6 to 1e3 (m/s^2)" };
 
 /// Corners of weights and frequencies of reference models.
@@ -104,71 +104,71 @@ pub(crate) const SAMPLE_TIME: Range = Range { least: 1e-4, most: 1.0, words: "fr
 const NOISE: Range =
     Range { least: 1e-9, most: 1e6, words: "from 1e-9 to 1e6; without noise gains grow without limit" };
 
-/// A tracked output with its weight.
+/// Tracked output with its weight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tracked {
-    /// Its index among the signals of the interface.
+    /// Index among the signals of the interface.
     pub index: usize,
-    /// Its row there.
+    /// Signal of that index.
     pub signal: &'static Signal,
-    /// The unit of its reference, SI.
+    /// Unit of the reference, SI.
     pub scale: f64,
-    /// R: the emphasis of slow references.
+    /// Weight R, the emphasis of slow references.
     pub references: ReferenceWeight,
-    /// W_e.
+    /// Weight W_e on the tracking error.
     pub weight: squid_lpv::weights::TrackingWeight,
-    /// The reference model of the output.
+    /// Reference model of the output.
     pub model: Option<ReferenceModel>,
 }
 
-/// A measured signal with its noise.
+/// Measured signal with its noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
-    /// Its index among the signals of the interface.
+    /// Index among the signals of the interface.
     pub index: usize,
-    /// Its row there.
+    /// Signal of that index.
     pub signal: &'static Signal,
-    /// Its unit, SI.
+    /// Unit of the measurement, SI.
     pub scale: f64,
-    /// The noise, in units of the scale.
+    /// Noise, in units of the scale.
     pub noise: RisingWeight,
 }
 
 impl Measured {
-    /// `C` of the measurements from the states of the linear model, in units of their scales.
+    /// Returns `C` of the measurements from the states of the linear model, in units of their scales.
     pub fn scaled_outputs(measured: &[Self], states: States) -> Mat {
         scaled_outputs(measured.iter().map(|m| (m.signal, m.scale)), states)
     }
 }
 
 impl Tracked {
-    /// `C` of the tracked outputs from the states of the linear model, one row each.
+    /// Returns `C` of the tracked outputs from the states of the linear model, one row each.
     pub fn outputs(tracked: &[Self], states: States) -> Mat {
         Mat::from_fn(tracked.len(), states.len(), |i, j| tracked[i].signal.output(&states[j]))
     }
 
-    /// `C` of the tracked outputs in units of their scales.
+    /// Returns `C` of the tracked outputs in units of their scales.
     pub fn scaled_outputs(tracked: &[Self], states: States) -> Mat {
         scaled_outputs(tracked.iter().map(|t| (t.signal, t.scale)), states)
     }
 }
 
-/// `C` of signals with their scales, from the states of the linear model, in units of the scales.
+/// Returns `C` of signals with their scales, from the states of the linear model, in units of the scales.
 pub fn scaled_outputs<'a>(signals: impl IntoIterator<Item = (&'a Signal, f64)>, states: States) -> Mat {
     let rows: Vec<(&Signal, f64)> = signals.into_iter().collect();
     Mat::from_fn(rows.len(), states.len(), |i, j| rows[i].0.output(&states[j]) / rows[i].1)
 }
 
-/// What the references may ask.
+/// Limits of the references.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Envelope {
-    /// The share of each actuator's limits that holding a pitch may take.
+    /// Fraction of each actuator's limits that is available to hold a pitch.
     pub authority: f64,
-    /// The least and the largest pitch, rad, where the actuators hold more.
+    /// Least and largest pitch reference, rad, even if the actuators can hold more.
     pub pitch: [f64; 2],
-    /// The steepest path, up or down, of a reference of depth, rad.
+    /// Steepest path, up or down, of a reference of depth, rad.
     pub path_angle: f64,
-    /// The fastest turn of a reference of heading, rad/s.
+    /// Fastest turn of a reference of heading, rad/s.
     pub turn_rate: f64,
 }
 
@@ -179,14 +179,14 @@ impl Default for Envelope {
     }
 }
 
-/// What is flown when sensors fail.
+/// Behaviour of the autopilot when sensors fail.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Failsafe {
-    /// A measurement that is the same for this long, and should have moved, is lost, s; 0 if it never is for that.
+    /// Time without change after which a measurement that should have moved counts as lost, s; 0 for never.
     pub stale_after: f64,
-    /// What the actuators get where the vehicle cannot be controlled.
+    /// Actuator outputs if the vehicle cannot be controlled.
     pub safe: Safe,
-    /// What is said of single sensors.
+    /// Settings of single sensors.
     pub sensors: Vec<SensorKeys>,
 }
 
@@ -196,31 +196,31 @@ impl Default for Failsafe {
     }
 }
 
-/// The keys of a sensor.
+/// Settings of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorKeys {
-    /// The signal.
+    /// Signal of the sensor.
     pub signal: &'static Signal,
-    /// The steps of its values, SI; `None` for those that follow from its noise.
+    /// Quantisation of its values, SI; `None` if it follows from its noise.
     pub resolution: Option<f64>,
-    /// The longest time between two values, s; 0 for one with a value at each tick.
+    /// Longest time between two values, s; 0 for a value at each tick.
     pub period: f64,
 }
 
-/// What the actuators get where nothing can be controlled; control surfaces are at zero.
+/// Actuator outputs if the vehicle cannot be controlled; control surfaces are at zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Safe {
-    /// Thrusters as in the trim of the slowest speed.
+    /// Thrust of the trim at the slowest speed.
     Slow,
-    /// No thrust.
+    /// Zero thrust.
     Stop,
 }
 
 impl Safe {
-    /// Each.
+    /// All variants.
     pub const ALL: [Self; 2] = [Self::Slow, Self::Stop];
 
-    /// Its name in files.
+    /// Returns the name in files.
     pub fn word(self) -> &'static str {
         match self {
             Self::Slow => "slow",
@@ -229,19 +229,19 @@ impl Safe {
     }
 }
 
-/// A design file, checked.
+/// Checked design file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignFile {
-    /// The name of the design: that of the autopilot, or of several axes what this one steers, plus changes from the
-    /// command line.
+    /// Name of the design: that of the autopilot, or, of several axes, the signal that this one steers, plus changes
+    /// from the command line.
     pub name: String,
-    /// The name of the autopilot: the file's name without extension, plus changes from the command line.
+    /// Name of the autopilot: the file's name without extension, plus changes from the command line.
     pub autopilot: String,
-    /// The place of this axis among those of its file; `None` in a file of one.
+    /// Index of this axis in its file; `None` in a file of one axis.
     pub axis: Option<usize>,
-    /// The file's name.
+    /// Name of the file.
     pub file: String,
-    /// One descriptive sentence.
+    /// Description in one sentence.
     pub description: String,
     /// Lowest speed, m/s.
     pub speed_min: f64,
@@ -251,39 +251,39 @@ pub struct DesignFile {
     pub speeds: usize,
     /// Depth, m.
     pub depth: f64,
-    /// The pitch in level trim as given in the file; `None` without the key.
+    /// Pitch in level trim as given in the file; `None` without the key.
     pub pitch_asked: Option<Pitch>,
-    /// The pitch in level trim for the vehicle, by [`Pitch::over`]; set by [`Inputs`](crate::inputs::Inputs).
+    /// Pitch in level trim for the vehicle, by [`Pitch::over`]; set by [`Inputs`](crate::inputs::Inputs).
     pub pitch: Pitch,
-    /// The states of the linear model; set by [`Inputs`](crate::inputs::Inputs).
+    /// States of the linear model; set by [`Inputs`](crate::inputs::Inputs).
     pub states: States,
-    /// The states and signals of the vehicle.
+    /// States and signals of the vehicle.
     pub interface: &'static Interface,
     /// Order of the polynomials in speed.
     pub order: usize,
-    /// Singular values of the LFT below this fraction of the largest are dropped.
+    /// Fraction of the largest singular value of the LFT below which singular values are dropped.
     pub drop: f64,
-    /// The tracked outputs.
+    /// Tracked outputs.
     pub tracked: Vec<Tracked>,
-    /// The measurements of a controller with separate references; empty for one that measures the tracking errors.
+    /// Measurements of a controller with separate references; empty for one that measures the tracking errors.
     pub measured: Vec<Measured>,
-    /// W_u, in units of each actuator's limit.
+    /// Weight W_u, in units of each actuator's limit.
     pub control_weight: RisingWeight,
-    /// The weights of single actuators, relative to W_u; 1 for those that are not named.
+    /// Weights of single actuators, relative to W_u; 1 for those that are not named.
     pub relative_weights: Vec<RelativeWeight>,
     /// Disturbance at the input, in units of each actuator's limit.
     pub disturbance: f64,
-    /// The sea for which the controller is designed.
+    /// Sea for which the controller is designed.
     pub sea: Option<WorkingSea>,
-    /// Whether the plant of the design has the actuator lags.
+    /// `true` if the plant of the design has the actuator lags.
     pub lags: bool,
-    /// A given controller, whose bound is found and proved; `None` for the one that the design computes.
+    /// Given controller, whose bound is found and proved; `None` if the design computes one.
     pub controller: Option<Pid>,
     /// Relative back-off from the least gamma.
     pub back_off: f64,
     /// Allowed relative rise of gamma for fewer controller states and channels; `None` keeps all.
     pub reduce: Option<f64>,
-    /// Whether the weights are those of another design, see `with_weights_of`; never in a file.
+    /// `true` if the weights are those of another design, see `with_weights_of`; never in a file.
     pub judged: bool,
     /// Bound on the rate of the speed for the synthesis, m/s^2; `None` for arbitrary rates.
     pub rate: Option<f64>,
@@ -291,101 +291,101 @@ pub struct DesignFile {
     pub sample_time: f64,
     /// Delay of a command after its tick, s: a multiple of the sample time.
     pub delay: f64,
-    /// Whether the controller has anti-windup.
+    /// `true` if the controller has anti-windup.
     pub anti_windup: bool,
-    /// What the references may ask.
+    /// Limits of the references.
     pub envelope: Envelope,
-    /// What is flown when sensors fail.
+    /// Behaviour when sensors fail.
     pub failsafe: Failsafe,
-    /// The default manoeuvre of the FMU of the complete loop.
+    /// Default manoeuvre of the FMU of the complete loop.
     pub manoeuvre: Manoeuvre,
-    /// The uncertain numbers of the vehicle; `None` without the section.
+    /// Uncertain parameters of the vehicle; `None` without the section.
     pub uncertainty: Option<Uncertainty>,
-    /// The requirements on the finished loop.
+    /// Requirements on the finished loop.
     pub require: Require,
 }
 
 impl DesignFile {
-    /// The design with reference weights of 1 at all frequencies. The emphasis of slow references is for the nominal
-    /// vehicle; results for uncertain vehicles are in these weights.
+    /// Returns the design with reference weights of 1 at all frequencies. The emphasis of slow references is for the
+    /// nominal vehicle; results for uncertain vehicles are in these weights.
     pub fn with_unweighted_references(&self) -> Self {
-        let mut even = self.clone();
-        even.tracked.iter_mut().for_each(|t| t.references.follow = 1.0);
-        even
+        let mut unweighted = self.clone();
+        unweighted.tracked.iter_mut().for_each(|t| t.references.follow = 1.0);
+        unweighted
     }
 
-    /// W_u of an actuator over W_u.
+    /// Returns the weight of an actuator relative to W_u.
     pub fn relative_weight(&self, actuator: &str) -> f64 {
         self.relative_weights.iter().find(|one| one.actuator == actuator).map_or(1.0, |one| one.factor)
     }
 
-    /// W_u of an actuator.
+    /// Returns W_u of an actuator.
     pub fn weight_on(&self, actuator: &str) -> RisingWeight {
         let (factor, all) = (self.relative_weight(actuator), self.control_weight);
         RisingWeight { low: factor * all.low, high: factor * all.high, ..all }
     }
 
-    /// `count` speeds, evenly spaced over the range of the design, including both ends \[m/s\].
+    /// Returns `count` speeds, evenly spaced over the range of the design, including both ends \[m/s\].
     pub fn spread(&self, count: usize) -> Vec<f64> {
         let (low, high) = (self.speed_min, self.speed_max);
         (0..count).map(|i| low + (high - low) * i as f64 / (count - 1) as f64).collect()
     }
 
-    /// The index of the signal whose step is assessed first: the first in the interface that is tracked, besides the
-    /// one that is scheduled on.
+    /// Returns the index of the signal whose step is assessed first: the first tracked signal of the interface besides
+    /// the scheduled one.
     pub fn stepped(&self) -> usize {
         let others =
             self.tracked.iter().map(|t| t.index).filter(|index| Some(*index) != self.interface.scheduled());
         others.min().unwrap_or_default()
     }
 
-    /// The name of the signal whose step is assessed first: what the axis steers.
+    /// Returns the name of the signal whose step is assessed first: the signal that the axis steers.
     pub fn steered(&self) -> &'static str {
         self.interface.signals[self.stepped()].name
     }
 
-    /// Whether a signal is tracked or measured.
+    /// Returns `true` if a signal is tracked or measured.
     pub fn uses(&self, index: usize) -> bool {
         self.tracked.iter().any(|t| t.index == index) || self.measured.iter().any(|m| m.index == index)
     }
 
-    /// Whether depth is tracked or measured, and therefore a state of the linear models.
+    /// Returns `true` if depth is tracked or measured, and therefore a state of the linear models.
     pub fn has_depth(&self) -> bool {
         !self.view().is_level_held && self.uses(DEPTH)
     }
 
-    /// The view of the vehicle's motion that the axis has.
+    /// Returns the view of the vehicle's motion to which the axis belongs.
     pub fn view(&self) -> &'static View {
         View::of_states(self.interface.states)
     }
 
-    /// The index among the tracked outputs of one by its name.
+    /// Returns the index of a signal, by its name, among the tracked outputs.
     pub fn tracks(&self, name: &str) -> Option<usize> {
         self.tracked.iter().position(|t| t.signal.name == name)
     }
 
-    /// The index among the tracked outputs of the signal that is scheduled on.
+    /// Returns the index of the scheduled signal among the tracked outputs.
     pub fn tracked_speed(&self) -> Option<usize> {
         self.tracked.iter().position(|t| Some(t.index) == self.interface.scheduled())
     }
 
-    /// Depth \[m\], and the pitch in level trim.
+    /// Returns the depth \[m\] and the pitch in level trim.
     pub fn level(&self) -> (f64, &Pitch) {
         (self.depth, &self.pitch)
     }
 
-    /// Centre and half range of the scheduling parameter rho = (V - centre)/half_range, m/s.
+    /// Returns centre and half range of the scheduling parameter rho = (V - centre)/half_range, m/s.
     pub fn scheduling(&self) -> (f64, f64) {
         (0.5 * (self.speed_min + self.speed_max), 0.5 * (self.speed_max - self.speed_min))
     }
 
-    /// The scheduling parameter at a speed V along the path \[m/s\].
+    /// Returns the scheduling parameter at a speed V along the path \[m/s\].
     pub fn rho(&self, speed: f64) -> f64 {
         let (centre, half_range) = self.scheduling();
         (speed - centre) / half_range
     }
 
-    /// The signals that the controller measures, each with its scale: the measurements, or the errors. Separate
+    /// Returns the signals that the controller measures, each with its scale: the measurements, or the errors. Separate
     /// references are not included, because no loop closes through them.
     pub fn fed_back(&self) -> Vec<(&'static Signal, f64)> {
         if self.measured.is_empty() {
@@ -395,7 +395,7 @@ impl DesignFile {
         }
     }
 
-    /// The index in y of the measurement or the error of a tracked output; `None` if it is not measured.
+    /// Returns the index in y of the measurement or the error of a tracked output; `None` if it is not measured.
     pub fn feedback_row(&self, tracked: usize) -> Option<usize> {
         if self.measured.is_empty() {
             return Some(tracked);
@@ -404,31 +404,32 @@ impl DesignFile {
         self.measured.iter().position(|m| m.index == index).map(|row| self.tracked.len() + row)
     }
 
-    /// The delay in ticks.
+    /// Returns the delay in ticks.
     pub fn delay_ticks(&self) -> usize {
         (self.delay / self.sample_time).round() as usize
     }
 
-    /// The frequency w of the filter of the speed reference, `w/(s + w)`, rad/s: the reference model of the speed, for
-    /// a controller with separate references; `None` for one that measures the errors.
+    /// Returns the frequency w of the filter of the speed reference, `w/(s + w)`, rad/s: the reference model of the
+    /// speed, for a controller with separate references; `None` for one that measures the errors.
     pub fn reference_filter(&self) -> Option<f64> {
         let speed = self.tracked_speed().filter(|_| !self.measured.is_empty())?;
         Some(self.tracked[speed].model?.frequency)
     }
 
-    /// The file name, with the axis in a file of several, and the autopilot's name if the command line changed it.
+    /// Returns the file name, with the axis in a file of several, and the autopilot's name if the command line changed
+    /// it.
     pub fn source(&self) -> String {
         let own = self.axis.map(|_| format!("{} of ", self.steered())).unwrap_or_default();
         own + &self.source_of_all()
     }
 
-    /// The file name, and the autopilot's name if the command line changed it.
+    /// Returns the file name, and the autopilot's name if the command line changed it.
     pub fn source_of_all(&self) -> String {
         let Self { autopilot, file, .. } = self;
         if *file == format!("{autopilot}.toml") { file.clone() } else { format!("{file} as {autopilot}") }
     }
 
-    /// The design under another name: the changes from the command line after those of design and autopilot.
+    /// Returns the design under another name: the changes are appended to the names of design and autopilot.
     #[must_use]
     pub fn renamed(mut self, changes: &str) -> Self {
         for name in [&mut self.name, &mut self.autopilot] {
@@ -437,7 +438,7 @@ impl DesignFile {
         self
     }
 
-    /// The design with another bandwidth of every W_e, which the paper tunes in its Fig. 5.
+    /// Returns the design with another bandwidth of every W_e, which the paper tunes in its Fig. 5.
     #[must_use]
     pub fn with_bandwidth(mut self, bandwidth: f64) -> Self {
         for tracked in &mut self.tracked {

@@ -1,13 +1,14 @@
-//! Values in the files of a design that are allowed but improbable.
+//! Improbable but allowed values in the files of a design.
 
 use crate::inputs::Inputs;
 use squid_auv::rounded;
 
-/// A unit of the pitch error above this (deg) is unusual: the linear models do not hold so far.
+/// Unit of the pitch error above which it is unusual, deg: the linear models do not hold so far.
 const PITCH_SCALE: f64 = 45.0;
 
 impl Inputs {
-    /// Remarks on improbable numbers in both files, one sentence each, including those of [`squid_auv::Vehicle::doubts`].
+    /// Returns remarks on improbable numbers in both files, one sentence each, including those of
+    /// [`squid_auv::Vehicle::doubts`].
     pub fn doubts(&self) -> Vec<String> {
         let (file, depth) = (&self.design.file, self.design.depth);
         let pitch =
@@ -19,7 +20,7 @@ impl Inputs {
                 rounded(scale)
             )
         });
-        // With the axis at the surface, half of the hull is above the water.
+        // Half of the hull is above the water if its axis is at the surface.
         let submerged = self.vehicle.geometry.map_or(0.0, |hull| 0.5 * hull.diameter);
         let surfaced = (depth <= submerged).then(|| {
             format!(
@@ -47,7 +48,7 @@ mod tests {
     /// The shipped designs get no remark; an unusual pitch scale and trims at the surface get one each, with the
     /// numbers.
     #[test]
-    fn odd_scales_and_depths_are_remarked_on() {
+    fn remarks_on_odd_scales_and_depths() {
         for (vehicle, design) in [("squid", "design"), ("squid", "paper"), ("remus100", "pitch")] {
             assert_eq!(shipped(vehicle, design).doubts(), [""; 0], "{vehicle} {design}");
         }
@@ -70,9 +71,9 @@ mod tests {
         assert!(doubts[1].contains("'model.depth' is 0 m, where the hull is not submerged"), "{}", doubts[1]);
     }
 
-    /// 5 rad, written in place of 5 deg, is refused with the value found and what is allowed.
+    /// The error for 5 rad, written instead of 5 deg, contains the value found and the allowed ones.
     #[test]
-    fn a_pitch_that_no_vehicle_is_off_is_refused() {
+    fn rejects_impossible_pitch_scale() {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/design.toml");
         let text = squid_base::files::read(&path).unwrap();
         let unit = "\nunit = \"deg\"";

@@ -1,11 +1,11 @@
-//! A design with the weights of another.
+//! Design with the weights of another.
 
 use crate::error::InputError;
 use crate::inputs::design_file::DesignFile;
 use squid_lpv::weights::RisingWeight;
 
 impl DesignFile {
-    /// The loop of this design with the W_e, W_u and disturbance of a design whose controller measures only the
+    /// Returns the loop of this design with the W_e, W_u and disturbance of a design whose controller measures only the
     /// tracking errors. The errors are relative to the references themselves, without reference models; reference
     /// weights are 1 at all frequencies, and there is no noise.
     ///
@@ -43,7 +43,7 @@ mod tests {
     }
 
     #[test]
-    fn a_design_is_judged_in_the_weights_of_one_that_measures_errors_alone() {
+    fn judges_design_in_weights_of_error_feedback() {
         let own = design("vehicles/squid/design.toml");
         let former = design("tests/designs/errors_alone.toml");
         let judged = own.with_weights_of(&former).unwrap();

@@ -1,14 +1,14 @@
-//! The axes of one autopilot, which fly one vehicle.
+//! Checks of the axes of one autopilot, which control one vehicle.
 
 use crate::error::InputError;
 use crate::inputs::design_file::DesignFile;
 use squid_auv::{Pitch, Vehicle, number};
 
-/// A key that all axes share, and its value in words.
+/// Key that all axes share, and its value as text.
 type Shared = (&'static str, fn(&DesignFile) -> String);
 
-/// Checks that the axes command different actuators, at one rate, from one level flight, and have speeds in common;
-/// `file` is for messages.
+/// Checks that the axes command different actuators, at one sample rate, from one level flight, and have speeds in
+/// common; `file` is for messages.
 ///
 /// # Errors
 /// [`InputError::SharedActuator`], [`InputError::AxesDiffer`], [`InputError::NoCommonSpeed`].
@@ -16,12 +16,12 @@ pub(super) fn check(designs: &[DesignFile], vehicles: &[Vehicle], file: &str) ->
     let Some(first) = designs.first() else { return Ok(()) };
     let file = || file.to_owned();
     for (index, design) in designs.iter().enumerate() {
-        let taken = |name: &str| {
+        let owner = |name: &str| {
             let mut before = designs.iter().zip(vehicles).take(index);
             before.find(|(_, vehicle)| vehicle.actuators.iter().any(|one| one.name == name))
         };
         for actuator in &vehicles[index].actuators {
-            if let Some((other, _)) = taken(&actuator.name) {
+            if let Some((other, _)) = owner(&actuator.name) {
                 let (one, other) = (other.steered(), design.steered());
                 return Err(InputError::SharedActuator {
                     file: file(),
@@ -42,8 +42,8 @@ pub(super) fn check(designs: &[DesignFile], vehicles: &[Vehicle], file: &str) ->
         ];
         for (key, of) in shared {
             if of(first) != of(design) {
-                let said = |axis: &DesignFile| format!("{} for {}", of(axis), axis.steered());
-                let values = format!("{} and {}", said(first), said(design));
+                let text = |axis: &DesignFile| format!("{} for {}", of(axis), axis.steered());
+                let values = format!("{} and {}", text(first), text(design));
                 return Err(InputError::AxesDiffer { file: file(), key, values });
             }
         }
@@ -57,7 +57,8 @@ pub(super) fn check(designs: &[DesignFile], vehicles: &[Vehicle], file: &str) ->
     Ok(())
 }
 
-/// The least and the largest speed in the range of every axis, m/s; the first is above the second if there is none.
+/// Returns the least and the largest speed in the range of every axis, m/s; the first is above the second if there is
+/// none.
 pub fn common_speeds<'a>(designs: impl IntoIterator<Item = &'a DesignFile>) -> [f64; 2] {
     designs.into_iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[low, high], one| {
         [low.max(one.speed_min), high.min(one.speed_max)]

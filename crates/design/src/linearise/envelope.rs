@@ -1,10 +1,10 @@
-//! The envelope: what the vehicle can hold, over the speeds of the trim table.
+//! Envelope: the motions that the vehicle can hold, over the speeds of the trim table.
 //!
 //! ```text
 //! pitch:  the largest theta up and down for which a steady climb or dive at the forward speed of the trim exists,
-//!         with every actuator within authority times its limits, between there and level flight
+//!         with every actuator within authority times its limits, there and on the way from level flight
 //! depth:  z' = w cos(theta) - u sin(theta) at the largest such theta whose path is no steeper than path_angle
-//! speed:  V' by outputs of least effort that push along the hull and do not pitch, to the limits; the least of all
+//! speed:  V' by outputs of least effort that push along the hull without pitching, up to the limits; the least of all
 //!         speeds
 //! ```
 //!
@@ -20,16 +20,16 @@ use squid_lpv::matrix::{Mat, pseudo_inverse};
 use squid_scheduled::{ControllerDesign, Manoeuvre, OverSpeed, ReferenceLimits};
 use std::collections::BTreeMap;
 
-/// The first step in pitch, and the last, rad.
+/// First and last step in pitch, rad.
 const STEPS: [f64; 2] = [0.03, 1e-4];
 
-/// A larger change of the incidence, relative to that of pitch, is a jump to another branch.
+/// Change of the incidence relative to that of pitch above which it is a jump to another branch.
 const JUMP: f64 = 4.0;
 
-/// Singular values below this part of the largest count as zero.
+/// Fraction of the largest singular value below which singular values count as zero.
 const RANK: f64 = 1e-9;
 
-/// The limits of the references, at the speeds of these level trims.
+/// Returns the limits of the references, at the speeds of these level trims.
 ///
 /// # Errors
 /// [`ModelError::Trim`].
@@ -38,8 +38,8 @@ pub fn envelope(
     file: &DesignFile,
     trims: &[Trim],
 ) -> Result<BTreeMap<String, ReferenceLimits>, ModelError> {
-    let asked = &file.envelope;
-    let each = |trim: &Trim| Limits::at(vehicle, asked, trim);
+    let bounds = &file.envelope;
+    let each = |trim: &Trim| Limits::at(vehicle, bounds, trim);
     let rows: Vec<Limits> = trims.par_iter().map(each).collect::<Result<_, _>>()?;
     let columns = |of: fn(&Limits) -> [f64; 2]| {
         let column = |end: usize| rows.iter().map(|row| of(row)[end]).collect::<Vec<f64>>();
@@ -69,7 +69,7 @@ pub fn envelope(
     Ok(all)
 }
 
-/// The limits of the references of a frozen controller, in words: at its slowest, middle and fastest speed.
+/// Describes the limits of the references of a frozen controller at its slowest, middle and fastest speed.
 pub fn words(controller: &ControllerDesign) -> String {
     let speeds = &controller.trim.speed;
     let rows = [0, speeds.len() / 2, speeds.len() - 1];
@@ -99,117 +99,118 @@ pub fn words(controller: &ControllerDesign) -> String {
     lines.join("\n")
 }
 
-/// That the envelope is narrower than the pitch step of the default flight, if it is somewhere.
+/// Returns a warning if the envelope is narrower than the pitch step of the default flight at some speed.
 pub fn doubt(controller: &ControllerDesign, manoeuvre: &Manoeuvre) -> Option<String> {
     let name = SIGNALS[PITCH].name;
     let [least, most] = controller.envelope.get(name)?.range.as_ref()?;
     let (step, level) = (manoeuvre.step(name), controller.trim.signals.get(name)?);
-    let way = |row: usize| if step < 0.0 { level[row] - least.at(row) } else { most.at(row) - level[row] };
-    let row = (0..level.len()).min_by(|a, b| way(*a).total_cmp(&way(*b)))?;
-    (way(row) < step.abs()).then(|| {
+    let distance =
+        |row: usize| if step < 0.0 { level[row] - least.at(row) } else { most.at(row) - level[row] };
+    let row = (0..level.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)))?;
+    (distance(row) < step.abs()).then(|| {
         format!(
             "WARNING: at {} m/s pitch can be held {} deg from level flight, which is less than the step of the \
              default flight, {} deg: the step is limited",
             decimals(controller.trim.speed[row], 2),
-            decimals(way(row).to_degrees(), 2),
+            decimals(distance(row).to_degrees(), 2),
             decimals(step.to_degrees(), 2)
         )
     })
 }
 
-/// The unit of a rate.
+/// Unit of a rate.
 fn per_second(unit: &str) -> String {
     unit.strip_suffix("/s").map_or_else(|| format!("{unit}/s"), |unit| format!("{unit}/s^2"))
 }
 
-/// The least and the largest of what can be held at a speed.
+/// Least and largest motions that can be held at a speed.
 struct Limits {
     /// Pitch, rad.
     pitch: [f64; 2],
-    /// z', m/s.
+    /// Rate of descent z', m/s.
     sinking: [f64; 2],
-    /// V', m/s^2.
+    /// Acceleration V', m/s^2.
     acceleration: [f64; 2],
 }
 
 impl Limits {
-    fn at(vehicle: &Vehicle, asked: &Envelope, trim: &Trim) -> Result<Self, ModelError> {
-        let pitch = steepest(vehicle, asked, trim, false).map(|trim| trim.pitch);
-        let [one, other] = steepest(vehicle, asked, trim, true).map(|trim| sinking(&trim));
+    fn at(vehicle: &Vehicle, bounds: &Envelope, trim: &Trim) -> Result<Self, ModelError> {
+        let pitch = steepest(vehicle, bounds, trim, false).map(|trim| trim.pitch);
+        let [one, other] = steepest(vehicle, bounds, trim, true).map(|trim| sinking(&trim));
         let sinking = [one.min(other).min(0.0), one.max(other).max(0.0)];
         Ok(Self { pitch, sinking, acceleration: acceleration(vehicle, trim)? })
     }
 }
 
-/// An end of the envelope at a speed: the steepest steady motion with the nose down, or up.
+/// End of the envelope at a speed: the steepest steady motion with the nose down, or up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct End {
     /// Pitch, rad.
     pub pitch: f64,
     /// Angle of the path through the water, rad, positive upwards; NaN at rest.
     pub path: f64,
-    /// What a steeper motion would exceed.
+    /// Limit that a steeper motion would exceed.
     pub limited_by: String,
 }
 
 impl End {
-    /// The ends at the speed of a level trim, of references of pitch or of depth.
-    pub(super) fn both(vehicle: &Vehicle, asked: &Envelope, level: &Trim, depth: bool) -> [Self; 2] {
+    /// Returns the ends at the speed of a level trim, for references of pitch or of depth.
+    pub(super) fn both(vehicle: &Vehicle, bounds: &Envelope, level: &Trim, depth: bool) -> [Self; 2] {
         let mut ups = [false, true].into_iter();
-        steepest(vehicle, asked, level, depth).map(|trim| {
-            let limited_by = limited_by(vehicle, asked, &trim, ups.next() == Some(true));
+        steepest(vehicle, bounds, level, depth).map(|trim| {
+            let limited_by = limited_by(vehicle, bounds, &trim, ups.next() == Some(true));
             let path = (-sinking(&trim) / trim.forward_speed.hypot(trim.heave)).asin();
             Self { pitch: trim.pitch, path, limited_by }
         })
     }
 }
 
-/// What a motion a little steeper than one at the end of the envelope would exceed.
-fn limited_by(vehicle: &Vehicle, asked: &Envelope, end: &Trim, up: bool) -> String {
-    let [least, most] = asked.pitch;
+/// Limit that a motion a little steeper than one at the end of the envelope would exceed.
+fn limited_by(vehicle: &Vehicle, bounds: &Envelope, end: &Trim, up: bool) -> String {
+    let [least, most] = bounds.pitch;
     if (up && end.pitch >= most) || (!up && end.pitch <= least) {
         return "`envelope.pitch`".into();
     }
     let steeper = 2.0 * if up { STEPS[1] } else { -STEPS[1] };
     match climb(vehicle, end, end.pitch + steeper) {
         Err(_) => "no steady motion beyond".into(),
-        Ok(trim) => match overloaded(vehicle, asked, &trim).as_slice() {
-            [] if sinking(&trim).abs() > steep(asked, &trim) => "`envelope.path_angle`".into(),
+        Ok(trim) => match overloaded(vehicle, bounds, &trim).as_slice() {
+            [] if sinking(&trim).abs() > steep(bounds, &trim) => "`envelope.path_angle`".into(),
             [] => "another branch of trims beyond".into(),
             names => names.join(", "),
         },
     }
 }
 
-/// The actuators of which a motion takes more than their share.
-fn overloaded<'a>(vehicle: &'a Vehicle, asked: &Envelope, trim: &Trim) -> Vec<&'a str> {
-    let held = |a: &Actuator, output| (asked.authority * a.min..=asked.authority * a.max).contains(output);
+/// Actuators that exceed their share of the limits in a motion.
+fn overloaded<'a>(vehicle: &'a Vehicle, bounds: &Envelope, trim: &Trim) -> Vec<&'a str> {
+    let held = |a: &Actuator, output| (bounds.authority * a.min..=bounds.authority * a.max).contains(output);
     let all = vehicle.actuators.iter().zip(&trim.actuators);
     all.filter(|(a, output)| !held(a, output)).map(|(a, _)| a.name.as_str()).collect()
 }
 
-/// The largest z' of a reference of depth, m/s.
-fn steep(asked: &Envelope, trim: &Trim) -> f64 {
-    asked.path_angle.sin() * trim.forward_speed.abs()
+/// Largest z' of a reference of depth, m/s.
+fn steep(bounds: &Envelope, trim: &Trim) -> f64 {
+    bounds.path_angle.sin() * trim.forward_speed.abs()
 }
 
-/// The steepest steady motions with the nose down and up that hold a reference of pitch or of depth.
-fn steepest(vehicle: &Vehicle, asked: &Envelope, level: &Trim, depth: bool) -> [Trim; 2] {
+/// Steepest steady motions with the nose down and up that hold a reference of pitch or of depth.
+fn steepest(vehicle: &Vehicle, bounds: &Envelope, level: &Trim, depth: bool) -> [Trim; 2] {
     let allowed = |trim: &Trim| {
-        let flat = !depth || sinking(trim).abs() <= steep(asked, level);
-        flat && overloaded(vehicle, asked, trim).is_empty()
+        let flat = !depth || sinking(trim).abs() <= steep(bounds, level);
+        flat && overloaded(vehicle, bounds, trim).is_empty()
     };
-    let [least, most] = asked.pitch;
+    let [least, most] = bounds.pitch;
     [least.min(level.pitch), most.max(level.pitch)].map(|end| farthest(vehicle, level, end, &allowed))
 }
 
-/// z' of a steady motion, m/s.
+/// Rate of descent z' of a steady motion, m/s.
 fn sinking(trim: &Trim) -> f64 {
     trim.heave * trim.pitch.cos() - trim.forward_speed * trim.pitch.sin()
 }
 
-/// The climb or dive that is farthest from level flight on the way to a pitch, of those that are allowed; level flight
-/// itself if that is not.
+/// Returns the allowed climb or dive that is farthest from level flight on the way to a pitch; level flight itself if
+/// that is not allowed.
 fn farthest(vehicle: &Vehicle, level: &Trim, end: f64, allowed: &dyn Fn(&Trim) -> bool) -> Trim {
     let mut at = level.clone();
     let mut step = STEPS[0];
@@ -225,7 +226,7 @@ fn farthest(vehicle: &Vehicle, level: &Trim, end: f64, allowed: &dyn Fn(&Trim) -
     at
 }
 
-/// The least and the largest V' that actuators give without turning, in outputs of least effort, m/s^2.
+/// Least and largest V' that the actuators produce without pitching, with outputs of least effort, m/s^2.
 fn acceleration(vehicle: &Vehicle, trim: &Trim) -> Result<[f64; 2], ModelError> {
     let l = linearise(vehicle, trim)?;
     let rate = turn_rate(l.states);

@@ -1,4 +1,4 @@
-//! The choice among the controllers of a generalised plant: the smallest that lacks nothing.
+//! Choice among the controllers of a generalised plant: the smallest that is no worse than the full one.
 
 use crate::check::fastest_sampled;
 use crate::error::Error;
@@ -16,7 +16,7 @@ use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::reduce::Reductions;
 use squid_lpv::synthesis::Design;
 
-/// A proved axis with its verdict.
+/// Proved axis with its verdict.
 pub(super) struct Judged {
     pub(super) axis: FinishedAxis,
     pub(super) verdict: Verdict,
@@ -27,18 +27,19 @@ impl Judged {
         self.axis.proof.as_ref().is_ok_and(|proof| proof.certificate.limits().is_some())
     }
 
-    /// Whether it claims all that the full design claims, and meets every requirement that the full one meets.
-    fn keeps_all_of(&self, full: &Self) -> bool {
+    /// Returns `true` if it claims all that the full design claims, and meets every requirement that the full one
+    /// meets.
+    fn is_no_worse_than(&self, full: &Self) -> bool {
         (self.has_limits() || !full.has_limits()) && self.verdict.meets_all_of(&full.verdict)
     }
 
-    /// Whether no other controller of the design file can claim more or meet more requirements.
-    fn lacks_nothing(&self, file: &DesignFile) -> bool {
+    /// Returns `true` if no other controller of the design file can claim more or meet more requirements.
+    fn is_complete(&self, file: &DesignFile) -> bool {
         (self.has_limits() || !file.anti_windup) && self.verdict.missed().next().is_none()
     }
 }
 
-/// What judges the controllers of a generalised plant.
+/// Inputs, model and plant for which controllers are assessed.
 #[derive(Clone, Copy)]
 pub(super) struct Judge<'a> {
     pub(super) inputs: &'a Inputs,
@@ -47,36 +48,36 @@ pub(super) struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    /// The design, proved and with its verdict.
-    pub(super) fn told(self, design: Design, progress: &Progress) -> Result<Judged, Error> {
+    /// Proves a design and assesses it.
+    pub(super) fn assess(self, design: Design, progress: &Progress) -> Result<Judged, Error> {
         let Self { inputs, model, plant } = self;
         let (vehicle, file) = (&inputs.axis(), &inputs.design);
         let synthesised = Synthesised { model: model.clone(), plant: plant.clone(), design };
         let axis = proved(vehicle, file, &inputs.hashes, synthesised, progress)?;
         progress.done("envelope", &envelope::words(&axis.controller));
-        sensors::words(&axis.controller).iter().for_each(|words| progress.done("failsafe", words));
-        envelope::doubt(&axis.controller, &file.manoeuvre).iter().for_each(|words| progress.done("", words));
+        sensors::words(&axis.controller).iter().for_each(|text| progress.done("failsafe", text));
+        envelope::doubt(&axis.controller, &file.manoeuvre).iter().for_each(|text| progress.done("", text));
         let judge = || Verdict::of(inputs, &axis.controller, Effort::FULL);
         let verdict = progress.timed("verdict", "the loop as it flies, and mu", judge).0?;
         progress.done("verdict", &verdict.to_string());
         Ok(Judged { axis, verdict })
     }
 
-    /// The verdict on the frozen loops alone, without proof; `None` where it fails.
+    /// Verdict on the frozen loops alone, without proof; `None` if it cannot be computed.
     fn frozen(self, design: &Design) -> Option<Verdict> {
         let found = Found::of_frozen(self.inputs, &design.controller).ok()?;
         Some(Verdict::judge(self.inputs, gamma(design, true).bound, found))
     }
 
-    /// The smallest controller found, in states and channels, whose bound rises by at most the share that the design
-    /// file allows, whose loop is proved in continuous time, sampled and, if the full one's is, with saturated
-    /// commands, and whose verdict meets every requirement that the full one meets; the full one if none is found. The
-    /// full one is judged only if a smaller one lacks something.
+    /// Returns the smallest controller found, in states and channels, whose bound rises by at most the fraction that
+    /// the design file allows, whose loop is proved in continuous time, sampled and, if that of the full one is, with
+    /// saturated commands, and whose verdict meets every requirement that the full one meets; the full one if none is
+    /// found. The full one is assessed only if a smaller one misses something.
     pub(super) fn smallest(self, full: Design, progress: &Progress) -> Result<Judged, Error> {
         let Self { inputs, plant, .. } = self;
         let file = &inputs.design;
-        let whole = full.slow.is_some() || file.controller.is_some();
-        let Some(share) = file.reduce.filter(|_| !whole) else { return self.told(full, progress) };
+        let is_fixed = full.slow.is_some() || file.controller.is_some();
+        let Some(share) = file.reduce.filter(|_| !is_fixed) else { return self.assess(full, progress) };
         let mut judged_full = None;
         let search = || {
             let fastest = fastest_sampled(file.sample_time);
@@ -89,12 +90,12 @@ impl Judge<'_> {
                         return None;
                     }
                 }
-                let (judged, results) = Results::of(|quiet| self.told(smaller.clone(), quiet));
+                let (judged, results) = Results::of(|quiet| self.assess(smaller.clone(), quiet));
                 let judged = judged.ok().filter(|one| one.axis.proof.is_ok() && one.axis.sampled.is_ok())?;
-                if !judged.lacks_nothing(file) {
+                if !judged.is_complete(file) {
                     let full = judged_full
-                        .get_or_insert_with(|| Results::of(|quiet| self.told(full.clone(), quiet)));
-                    if !full.0.as_ref().is_ok_and(|full| judged.keeps_all_of(full)) {
+                        .get_or_insert_with(|| Results::of(|quiet| self.assess(full.clone(), quiet)));
+                    if !full.0.as_ref().is_ok_and(|full| judged.is_no_worse_than(full)) {
                         return None;
                     }
                 }
@@ -126,7 +127,7 @@ impl Judge<'_> {
                 results.tell(progress);
                 judged
             }
-            (None, None) => self.told(full, progress),
+            (None, None) => self.assess(full, progress),
         }
     }
 }

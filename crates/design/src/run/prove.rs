@@ -1,4 +1,4 @@
-//! The stages from a controller to its frozen, proved form.
+//! Stages from a controller to its frozen, proved form.
 
 use crate::axis::VehicleModel;
 use crate::certify::certify;
@@ -23,29 +23,29 @@ use squid_lpv::synthesis::Design;
 use squid_proof::claim::Proof;
 use squid_scheduled::{ControllerDesign, InputHashes, Rows};
 
-/// An axis with the results of its stages.
+/// Axis with the results of its stages.
 #[derive(Debug, Clone)]
 pub struct FinishedAxis {
     /// Model, generalised plant and controller.
     pub synthesised: Synthesised,
-    /// The results of the checks.
+    /// Results of the checks.
     pub checks: Checks,
-    /// The certificate, or why there is none.
+    /// Certificate, or the reason why there is none.
     pub proof: Result<Proof, String>,
-    /// The certificate of the sampled loop, or why there is none.
+    /// Certificate of the sampled loop, or the reason why there is none.
     pub sampled: Result<Proof, String>,
-    /// The frozen controller.
+    /// Frozen controller.
     pub controller: ControllerDesign,
 }
 
-/// The results of the stages up to the synthesis.
+/// Results of the stages up to the synthesis.
 #[derive(Debug, Clone)]
 pub struct Synthesised {
-    /// The LPV model of the axis.
+    /// LPV model of the axis.
     pub model: Model,
-    /// The generalised plant.
+    /// Generalised plant.
     pub plant: GeneralisedPlant,
-    /// The controller and its gammas.
+    /// Controller and its gammas.
     pub design: Design,
 }
 
@@ -62,8 +62,8 @@ pub(super) fn proved(
     let check = || check(vehicle, file, plant, &design.controller, design.certified.gamma);
     let checks = progress.timed("check", what, check).0?;
     progress.done("check", &check_line(&checks, design.certified.gamma));
-    if let Some(words) = checks.remark(file.sample_time, file.control_weight.low) {
-        progress.done("", &words);
+    if let Some(text) = checks.remark(file.sample_time, file.control_weight.low) {
+        progress.done("", &text);
     }
     let axis = Axis { vehicle, file, progress };
     let proof = axis.certificate(model, plant, design);
@@ -84,7 +84,7 @@ pub(super) fn proved(
     Ok(FinishedAxis { synthesised, checks, proof, sampled, controller })
 }
 
-/// What the stages of a proof have in common.
+/// Inputs common to the stages of a proof.
 #[derive(Clone, Copy)]
 struct Axis<'a> {
     vehicle: &'a dyn VehicleModel,
@@ -117,7 +117,7 @@ impl Axis<'_> {
         let what = "the gain of the sampled loop, in exact arithmetic";
         let (proof, seconds) = progress.timed("sampled", what, || sampled(vehicle, file, model, design));
         let proof = proof.map_err(|reason| reason.to_string());
-        let words = match &proof {
+        let text = match &proof {
             Ok(proof) => format!(
                 "PROVED in exact arithmetic ({seconds:.1} s): gain below {} when sampled every {} s,\n\
              for every trajectory of speed in the range that is constant between ticks, with the fit discretised by \
@@ -127,12 +127,12 @@ impl Axis<'_> {
             ),
             Err(reason) => format!("NOT PROVED: {reason}"),
         };
-        progress.done("sampled", &words);
+        progress.done("sampled", &text);
         proof
     }
 
-    /// Gains of anti-windup, if the design has it, the first to be used. If none is found, the controller is used
-    /// without it.
+    /// Returns gains of anti-windup, if the design has it, the preferred one first. If none is found, the controller is
+    /// used without it.
     fn anti_windup(&self, controller: &Controller) -> Result<Vec<Rows>, Error> {
         let Self { vehicle, file, progress } = *self;
         if !file.anti_windup {
@@ -142,11 +142,11 @@ impl Axis<'_> {
         let (found, seconds) = progress.timed("windup", what, || anti_windup(vehicle, file, controller));
         match found {
             Ok(found) => {
-                let words = format!(
+                let text = format!(
                     "anti-windup gain computed at {SPEEDS} frozen speeds ({seconds:.1} s);\n\
                  it acts only while a command saturates"
                 );
-                progress.done("windup", &words);
+                progress.done("windup", &text);
                 Ok(found.iter().map(to_rows).collect())
             }
             Err(Error::Synthesis(reason)) => {
@@ -157,7 +157,7 @@ impl Axis<'_> {
         }
     }
 
-    /// The claim for saturated commands, if one is found; without it the rest of the proof remains valid.
+    /// Adds the claim for saturated commands, if one is found; without it the rest of the proof remains valid.
     fn limits(
         &self,
         proof: Proof,
@@ -169,24 +169,24 @@ impl Axis<'_> {
         let what = "the largest step from which the saturated loop returns to trim";
         let claim = || with_limits(&proof, plant, controller, frozen, vehicle, file);
         let (found, seconds) = progress.timed("limits", what, claim);
-        let words = match &found {
+        let text = match &found {
             Ok(None) => return proof,
             Ok(Some(found)) => {
                 let flown = claims::unproved_step(frozen.0, &found.theorem, &file.manoeuvre);
                 let claim = claims::limits(frozen.0, &found.theorem).map(|claim| proved_in(&claim, seconds));
                 let lines: Vec<String> = claim.into_iter().chain(flown).collect();
-                Some(lines.join("\n")).filter(|words| !words.is_empty())
+                Some(lines.join("\n")).filter(|text| !text.is_empty())
             }
             Err(reason) => {
                 Some(format!("no step with saturated commands is proved, and none is claimed: {reason}"))
             }
         };
-        words.iter().for_each(|words| progress.done("limits", words));
+        text.iter().for_each(|text| progress.done("limits", text));
         found.ok().flatten().unwrap_or(proof)
     }
 }
 
-/// A proved claim, with the time of the proof.
+/// Text of a proved claim, with the time of the proof.
 fn proved_in(claim: &str, seconds: f64) -> String {
     format!("PROVED in exact arithmetic ({seconds:.1} s): {claim}")
 }

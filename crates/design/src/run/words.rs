@@ -1,4 +1,4 @@
-//! What the stages before the proof print.
+//! Progress lines of the stages before the proof.
 
 use crate::axis::OperatingPoint;
 use crate::fit::{Model, frequency};
@@ -54,7 +54,7 @@ pub(super) fn trim_line(inputs: &Inputs, model: &Model) -> String {
     )
 }
 
-/// A real part that is less than this in size is that of an integrator, 1/s.
+/// Absolute real part below which a mode counts as an integrator, 1/s.
 const INTEGRATES: f64 = 1e-9;
 
 pub(super) fn linearise_line(model: &Model) -> String {

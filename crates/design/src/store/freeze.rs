@@ -1,4 +1,4 @@
-//! The frozen design: the contents of the FMUs' resources.
+//! Frozen design: the contents of the FMUs' resources.
 
 use crate::axis::VehicleModel;
 use crate::error::Error;
@@ -17,16 +17,16 @@ use squid_scheduled::{
 use squid_signals::{Level, Signal};
 use std::collections::BTreeMap;
 
-/// The two frozen files.
+/// Contents of the two frozen files.
 #[derive(Debug, Clone)]
 pub struct Frozen {
-    /// `controller.json`.
+    /// Contents of `controller.json`.
     pub controller: ControllerDesign,
-    /// `plant.json`, of surge, heave and pitch alone.
+    /// Contents of `plant.json`; only for surge, heave and pitch.
     pub plant: Option<LpvModel>,
 }
 
-/// The gamma of a design.
+/// Returns the gammas of a design.
 pub fn gamma(design: &Design, certified: bool) -> Gamma {
     Gamma {
         optimum: design.gamma_optimum,
@@ -36,7 +36,7 @@ pub fn gamma(design: &Design, certified: bool) -> Gamma {
     }
 }
 
-/// The contents of the frozen files of a controller, without anti-windup.
+/// Returns the contents of the frozen files of a controller, without anti-windup.
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
@@ -45,7 +45,8 @@ pub fn frozen(inputs: &Inputs, model: &Model, lft: LftMatrices, gamma: Gamma) ->
     Ok(Frozen { controller, plant: lpv_model(inputs, model)? })
 }
 
-/// The frozen LPV model of the vehicle; none of sway and yaw, of which an FMU has the nonlinear equations alone.
+/// Returns the frozen LPV model of the vehicle; `None` for lateral axes, for which an FMU has only the nonlinear
+/// equations.
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
@@ -55,7 +56,7 @@ pub fn lpv_model(inputs: &Inputs, model: &Model) -> Result<Option<LpvModel>, Err
         return Ok(None);
     }
     let trims = inputs.axis().level(&file.spread(TRIM_ROWS))?;
-    // The depth follows from the other states, so the plant computes it itself.
+    // The plant computes the depth itself from the other states.
     let others = vehicle.coefficients.surge.states(false).len();
     let (mut a, mut b) = model.coefficients();
     a.iter_mut().for_each(|a| *a = a.view((0, 0), (others, others)).into_owned());
@@ -63,10 +64,10 @@ pub fn lpv_model(inputs: &Inputs, model: &Model) -> Result<Option<LpvModel>, Err
     Ok(Some(LpvModel::new(&vehicle.name, file.depth, file.scheduling(), &a, &b, &trims)?))
 }
 
-/// The frozen controller of an axis, without anti-windup.
+/// Returns the frozen controller of an axis, without anti-windup.
 ///
 /// # Errors
-/// [`ModelError::Trim`](crate::error::ModelError::Trim); those of a given controller.
+/// [`ModelError::Trim`](crate::error::ModelError::Trim); the errors of a given controller.
 pub fn controller(
     vehicle: &dyn VehicleModel,
     file: &DesignFile,
@@ -156,13 +157,13 @@ pub fn controller(
     Ok(controller)
 }
 
-/// What is flown without sensors; nothing of a vehicle of which it is not known how its signals move.
+/// Failsafe data of the measured signals; `None` for a vehicle whose model does not know how its signals move.
 fn failsafe(
     vehicle: &dyn VehicleModel,
     file: &DesignFile,
     controller: &ControllerDesign,
 ) -> Result<Option<Failsafe>, Error> {
-    let measured = |name: &String| controller.index(name).is_some_and(|place| controller.measures(place));
+    let measured = |name: &String| controller.index(name).is_some_and(|index| controller.measures(index));
     let mut sensors = vehicle.sensors(&file.spread(ENVELOPE_SPEEDS))?;
     sensors.retain(|name, _| measured(name));
     for SensorKeys { signal, resolution, period } in &file.failsafe.sensors {
@@ -182,7 +183,7 @@ fn failsafe(
     Ok((!failsafe.sensors.is_empty()).then_some(failsafe))
 }
 
-/// The limits of the references over the trim table, between those at a few speeds.
+/// Limits of the references over the trim table, interpolated between those at a few speeds.
 fn envelope(
     vehicle: &dyn VehicleModel,
     file: &DesignFile,
@@ -191,11 +192,11 @@ fn envelope(
     let between = |number: &OverSpeed| {
         let OverSpeed::Table(column) = number else { return number.clone() };
         let at = |row: usize| {
-            let (whole, part) =
+            let (lower, part) =
                 (row * (few.len() - 1) / (TRIM_ROWS - 1), row * (few.len() - 1) % (TRIM_ROWS - 1));
             let part = part as f64 / (TRIM_ROWS - 1) as f64;
-            let next = column[(whole + 1).min(few.len() - 1)];
-            column[whole] + part * (next - column[whole])
+            let next = column[(lower + 1).min(few.len() - 1)];
+            column[lower] + part * (next - column[lower])
         };
         OverSpeed::from((0..TRIM_ROWS).map(at).collect::<Vec<f64>>())
     };
@@ -207,14 +208,15 @@ fn envelope(
     Ok(all.collect())
 }
 
-/// The number of speeds at which limits of references are computed.
+/// Number of speeds at which limits of references are computed.
 const ENVELOPE_SPEEDS: usize = 11;
 
-/// Part of the largest acceleration of an actuator below which another one does not steer.
+/// Fraction of the largest acceleration by an actuator below which another one does not steer.
 const STEERS: f64 = 0.1;
 
-/// Whether each actuator steers: whether at the limit of its output, in the middle of the range of speed, it gives at
-/// least [`STEERS`] of the largest acceleration across the hull, or of the largest about it, of all actuators.
+/// Determines which actuators steer: at the limit of its output, in the middle of the range of speed, a steering
+/// actuator causes at least [`STEERS`] of the largest transverse acceleration, or of the largest angular one, of all
+/// actuators.
 fn steering(vehicle: &dyn VehicleModel, file: &DesignFile) -> Result<Vec<bool>, Error> {
     let linear = vehicle.linearise(file.scheduling().0)?;
     let across = linear.states.iter().position(|state| ["w", "v"].contains(&state.symbol));
@@ -230,7 +232,7 @@ fn steering(vehicle: &dyn VehicleModel, file: &DesignFile) -> Result<Vec<bool>, 
     Ok(all)
 }
 
-/// The inputs of the controller, in the order of y: the errors, or the references and then the measurements.
+/// Inputs of the controller, in the order of y: the errors, or the references and then the measurements.
 fn controller_inputs(file: &DesignFile) -> Vec<ControllerInput> {
     let input = |signal: &Signal, kind: Kind, scale: f64| ControllerInput {
         signal: signal.name.into(),

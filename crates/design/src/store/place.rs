@@ -1,4 +1,4 @@
-//! The owner of a design's directory, and its files of an earlier design.
+//! Owner of a design's directory, and its files of an earlier design.
 
 use crate::check::coupled::gain::CERTIFICATES;
 use crate::error::{Error, StoreError};
@@ -8,17 +8,17 @@ use squid_base::files::{read, reading};
 use squid_scheduled::ControllerDesign;
 use std::path::{Path, PathBuf};
 
-/// The file with the directory of the vehicle that the design belongs to.
+/// File that contains the directory of the vehicle to which the design belongs.
 pub(super) const MARK: &str = ".squid-vehicle";
 
-/// The content of that file; `None` for a vehicle in memory.
+/// Returns the content of that file; `None` for a vehicle in memory.
 pub(super) fn mark(inputs: &Inputs) -> Option<String> {
     let directory = &inputs.directory;
     let path = directory.canonicalize().ok().filter(|_| !directory.as_os_str().is_empty())?;
     Some(format!("{}\n", path.display()))
 }
 
-/// Checks that a directory has no design of another vehicle, which would be overwritten.
+/// Checks that a directory contains no design of another vehicle, which would be overwritten.
 ///
 /// Vehicles of the same name in two directories are different vehicles, as long as both directories exist.
 ///
@@ -26,7 +26,7 @@ pub(super) fn mark(inputs: &Inputs) -> Option<String> {
 /// [`StoreError::OfAnotherVehicle`].
 pub fn check_owner(directory: &Path, inputs: &Inputs) -> Result<(), StoreError> {
     let path = directory.join("controller.json");
-    let _held = reading(&path);
+    let _lock = reading(&path);
     if !path.is_file() {
         return Ok(());
     }
@@ -51,8 +51,8 @@ pub fn check_owner(directory: &Path, inputs: &Inputs) -> Result<(), StoreError> 
     }
 }
 
-/// The FMUs and the SSP in a directory that belong to an earlier design; of one of several axes also those of all axes,
-/// in the directory above, and what is proved of all.
+/// Returns the FMUs and the SSP in a directory that belong to an earlier design; for one of several axes also the
+/// packages and the certificates of all axes, in the directory above.
 ///
 /// # Errors
 /// The errors of the files.
@@ -69,7 +69,7 @@ pub fn outdated(directory: &Path, inputs: &Inputs, finished: &Finished) -> Resul
     Ok(own.chain(of_all).filter(|path| path.is_file()).collect())
 }
 
-/// Whether the source in the folder of `squid export` belongs to an earlier design.
+/// Returns `true` if the source in the folder of `squid export` belongs to an earlier design.
 ///
 /// # Errors
 /// The errors of the files.
@@ -78,7 +78,7 @@ pub fn is_source_outdated(source: &Path, finished: &Finished) -> Result<bool, Er
     Ok(path.is_file() && !is_written(&path, finished)?)
 }
 
-/// Whether a file contains the controller of a finished design.
+/// Returns `true` if a file contains the controller of a finished design.
 fn is_written(path: &Path, finished: &Finished) -> Result<bool, Error> {
     let text = finished.frozen.controller.to_json()?;
     Ok(read(path).is_ok_and(|written| written == text))

@@ -1,8 +1,8 @@
-//! Whether the frozen files of a design are those that vehicle and design file give.
+//! Checks that the frozen files of a design are those that vehicle and design file give.
 //!
 //! A certificate is about the controller's matrices. The FMU also multiplies by scales, adds trims, saturates at limits
-//! and runs at a sample time. These are recomputed here, so that no proof is reported for a controller flown with other
-//! values.
+//! and runs at a sample time. This module recomputes these, so that no proof is reported for a controller flown with
+//! other values.
 
 use crate::error::{Error, StoreError};
 use crate::fit::Model;
@@ -14,18 +14,18 @@ use serde_json::{Map, Value};
 use squid_auv::LpvModel;
 use squid_scheduled::ControllerDesign;
 
-/// Tolerance of a number against the recomputed one: rounding on another processor.
+/// Tolerance of a number against the recomputed one, for rounding on another processor.
 const ROUNDING_TOLERANCE: f64 = 1e-8;
 
-/// Number of letters of a value that a message shows.
-const LONGEST: usize = 80;
+/// Number of characters of a value shown in a message.
+const SHOWN_CHARACTERS: usize = 80;
 
-/// Compares everything but gamma and the matrices of a computed controller, which the certificate contains, and the
-/// anti-windup, which its claim `limits` contains if there is one, and the gains of following, of which nothing is
+/// Compares all frozen values except gamma and the matrices of a computed controller, which are in the certificate, the
+/// anti-windup, which is in its claim `limits` if there is one, and the gains of following, about which nothing is
 /// claimed.
 ///
 /// # Errors
-/// [`StoreError::Edited`] with the first key that differs; those of freezing.
+/// [`StoreError::Edited`] with the first key that differs; the errors of freezing.
 pub fn check(
     controller: &ControllerDesign,
     plant: Option<&LpvModel>,
@@ -49,7 +49,7 @@ fn compare<T: Serialize>(file: &'static str, found: &T, expected: &T) -> Result<
     }
 }
 
-/// The first key at which two values differ, with both.
+/// Returns the first key at which two values differ, with both values.
 fn first_difference(key: &str, found: &Value, expected: &Value) -> Option<(String, String, String)> {
     let differs = || Some((key.to_owned(), shown(found), shown(expected)));
     match (found, expected) {
@@ -74,10 +74,10 @@ fn first_difference(key: &str, found: &Value, expected: &Value) -> Option<(Strin
     }
 }
 
-/// A value in a message, where a long one is cut and one that is missing is null.
+/// Text of a value in a message: a long value is cut, a missing one is null.
 fn shown(value: &Value) -> String {
     let text = value.to_string();
-    match text.char_indices().nth(LONGEST) {
+    match text.char_indices().nth(SHOWN_CHARACTERS) {
         Some((end, _)) => format!("{} ...", &text[..end]),
         None => text,
     }
@@ -89,7 +89,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn the_first_difference_is_named() {
+    fn names_first_difference() {
         let value = json!({"a": 1.0, "b": [{"c": "x"}, {"c": 2.0}]});
         assert_eq!(first_difference("", &value, &value), None);
         let rounded = json!({"a": 1.0 + 1e-12, "b": [{"c": "x"}, {"c": 2.0}]});

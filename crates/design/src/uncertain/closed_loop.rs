@@ -1,4 +1,4 @@
-//! The closed loop of the uncertain model with a controller, in the form for mu analysis.
+//! Closed loop of the uncertain model with a controller, in the form for mu analysis.
 //!
 //! ```text
 //!   +--[ Delta ]<--+        Delta = blkdiag(delta_i I_ri), |delta_i| <= 1, real
@@ -21,7 +21,7 @@ use squid_lpv::mu::{Block, Structure};
 use squid_lpv::partition::Group::{T, W, Z};
 use squid_lpv::plant::GeneralisedPlant;
 
-/// The generalised plant of the design, with reference weights of 1, for the uncertain model; its blocks are the
+/// Builds the generalised plant of the design, with reference weights of 1, for the uncertain model; its blocks are the
 /// model's repetitions, rho first.
 ///
 /// # Errors
@@ -39,7 +39,8 @@ pub fn uncertain_plant(
     Ok(GeneralisedPlant { blocks, ..plant })
 }
 
-/// N(s) of the uncertain model at one speed, from (wd, w) to (zd, z), with the controller frozen at that speed's rho.
+/// Returns N(s) of the uncertain model at one speed, from (wd, w) to (zd, z), with the controller frozen at that
+/// speed's rho.
 ///
 /// # Errors
 /// [`ModelError::System`](crate::error::ModelError::System) if the controller is not well posed at rho;

@@ -1,4 +1,4 @@
-//! The errors of an uncertain model against the vehicle, at corners of the box of coefficients.
+//! Errors of an uncertain model against the vehicle, at corners of the box of coefficients.
 
 use crate::error::Error;
 use crate::inputs::Inputs;
@@ -10,25 +10,25 @@ use crate::uncertain::vehicle::with_gains;
 use squid_auv::{Linearisation, Trim, Vehicle, linearise_with};
 use squid_lpv::matrix::Mat;
 
-/// The number of corners of the box at which the models are compared.
+/// Number of corners of the box at which the models are compared.
 const CORNERS: usize = 40;
 
 /// Relative distances of `[A B]` from that of the vehicle at the same corner: Frobenius norms with inputs in units of
 /// their reach, the largest over the corners.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ModelErrors {
-    /// The distance of the nominal vehicle from the vehicle trimmed again: the total effect of the uncertainty.
+    /// Distance of the nominal vehicle from the retrimmed vehicle: the total effect of the uncertainty.
     pub movement: f64,
-    /// The distance of the vehicle at the nominal trim from the vehicle trimmed again: the effect through the trim.
+    /// Distance of the vehicle held at the nominal trim from the retrimmed vehicle: the effect through the trim.
     pub through_trim: f64,
-    /// The distance of the model from the vehicle at the nominal trim.
+    /// Distance of the model from the vehicle held at the nominal trim.
     pub at_held_trim: f64,
-    /// The distance of the model, with its trim parameters set to the new trim, from the vehicle trimmed again.
+    /// Distance of the model, with its trim parameters set to the new trim, from the retrimmed vehicle.
     pub remainder: f64,
 }
 
 impl ModelErrors {
-    /// The elementwise maximum.
+    /// Returns the elementwise maximum.
     pub fn max(self, other: Self) -> Self {
         Self {
             movement: self.movement.max(other.movement),
@@ -39,15 +39,15 @@ impl ModelErrors {
     }
 }
 
-/// The vehicle with the coefficients at a point, as fractions of their half ranges, and its trim.
+/// Vehicle with the coefficients at a point, as fractions of their half ranges, and its trim.
 struct Retrimmed<'a> {
     vehicle: &'a Vehicle,
     trim: &'a Trim,
     point: &'a [f64],
 }
 
-/// The deltas of a model for a retrimmed vehicle. Those of the trim are `of_trim` of the change of the trim; a
-/// parameter that the model leaves out has none.
+/// Deltas of a model for a retrimmed vehicle. Those of the trim are `of_trim` of its change relative to the half range; a
+/// parameter of the model that is not uncertain at this speed is at 0.
 fn deltas(
     vehicle: &Vehicle,
     frozen: &FrozenUncertain,
@@ -80,9 +80,9 @@ pub fn errors(
 ) -> Result<ModelErrors, Error> {
     let (vehicle, rho) = (&inputs.vehicle, inputs.design.rho(frozen.speed));
     let (trim, states) = (&frozen.nominal.trim, frozen.nominal.states);
-    let relative = |found: &Mat, wanted: &Mat| {
+    let relative = |found: &Mat, expected: &Mat| {
         let norm = |stacked: Mat| scaled(&vehicle.actuators, stacked).norm();
-        norm(found - wanted) / norm(wanted.clone())
+        norm(found - expected) / norm(expected.clone())
     };
     let stacked = |l: &Linearisation| stacked(&l.a, &l.b);
     let nominal = stacked(&frozen.nominal);
@@ -108,7 +108,7 @@ pub fn errors(
     Ok(worst)
 }
 
-/// The error of a model in `[A B]` against the vehicle with its coefficients at `point`, trimmed again. The model's
+/// Returns the error of a model in `[A B]` against the retrimmed vehicle with its coefficients at `point`. The model's
 /// trim parameters are set to the new trim, within `share` of their ranges.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! The uncertain model at one speed.
+//! Uncertain model at one speed.
 
 use crate::axis::Linearisation;
 use crate::error::Error;
@@ -11,29 +11,29 @@ use crate::uncertain::reduce::minimal;
 use crate::uncertain::trim::{TrimRange, blocks, trim_range};
 use squid_auv::Actuator;
 
-/// The uncertain model at one speed, and the data it was made of.
+/// Uncertain model at one speed, and the data from which it was computed.
 #[derive(Debug, Clone)]
 pub struct FrozenUncertain {
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// The nominal linearisation and its trim.
+    /// Nominal linearisation and its trim.
     pub nominal: squid_auv::Linearisation,
-    /// The range of the trim.
+    /// Range of the trim over the box of coefficients.
     pub trim_range: TrimRange,
     /// All uncertain parameters, including those without a channel in the model.
     pub parameters: Vec<Block>,
-    /// The model.
+    /// Uncertain model.
     pub model: UncertainModel,
 }
 
 impl FrozenUncertain {
-    /// The nominal linearisation as the design has it.
+    /// Returns the nominal linearisation in the form of the design.
     pub fn linear(&self, actuators: &[Actuator]) -> Linearisation {
         Linearisation::of(&self.nominal, actuators)
     }
 }
 
-/// The uncertain model at the depth of a design and a speed \[m/s\].
+/// Computes the uncertain model at the depth of a design and a speed \[m/s\].
 ///
 /// # Errors
 /// [`ModelError::Trim`](crate::error::ModelError::Trim), [`Error::Uncertain`].

@@ -1,4 +1,4 @@
-//! `[M C D]` at a trim and its derivatives by the uncertain parameters, scaled to their ranges.
+//! Matrix `[M C D]` at a trim and its derivatives by the uncertain parameters, scaled to their ranges.
 
 use crate::error::UncertainError;
 use crate::uncertain::model::{Block, Uncertain};
@@ -6,20 +6,20 @@ use squid_auv::{Descriptor, Linearisation, Parameter, Trim, Vehicle};
 use squid_lpv::matrix::{Mat, block};
 use squid_signals::States;
 
-/// Values below this, relative to the equations of motion, are rounding.
+/// Size relative to the equations of motion below which values are rounding.
 pub(crate) const ROUNDING: f64 = 1e-12;
 
 /// Relative tolerance of affinity, in the equations of motion.
 const AFFINE: f64 = 1e-10;
 
-/// `[M C D]` at a trim and its derivatives by the normalised parameters; n x (2 n + m) each.
+/// Matrix `[M C D]` at a trim and its derivatives by the normalised parameters; n x (2 n + m) each.
 #[derive(Debug, Clone)]
 pub struct Gradients {
-    /// The value at delta = 0.
+    /// Value at delta = 0.
     pub nominal: Mat,
-    /// The derivative with respect to each parameter.
+    /// Derivative with respect to each parameter.
     pub first: Vec<Mat>,
-    /// The second derivatives with respect to two parameters i < j; missing pairs are zero.
+    /// Second derivatives with respect to two parameters i < j; missing pairs are zero.
     pub second: Vec<(usize, usize, Mat)>,
 }
 
@@ -27,7 +27,8 @@ impl Gradients {
     /// Differentiates at the trim of a linear model, with its states, and checks that there are no further terms.
     ///
     /// # Errors
-    /// [`UncertainError`]: a coefficient that does not enter affinely, a product of three, no vehicle at a corner.
+    /// [`UncertainError`]: a coefficient that does not enter affinely, a product of three, no valid vehicle at a
+    /// corner.
     pub fn at(vehicle: &Vehicle, linear: &Linearisation, blocks: &[Block]) -> Result<Self, UncertainError> {
         let (trim, states) = (&linear.trim, linear.states);
         let nominal = Descriptor::at(vehicle, trim, states).stacked();
@@ -68,13 +69,13 @@ impl Gradients {
         Ok(gradients)
     }
 
-    /// `[M C D]` at given deltas.
+    /// Evaluates `[M C D]` at given deltas.
     pub fn evaluate(&self, delta: &[f64]) -> Mat {
         let linear = self.first.iter().zip(delta).fold(self.nominal.clone(), |sum, (m, d)| sum + m * *d);
         self.second.iter().fold(linear, |sum, (i, j, m)| sum + m * (delta[*i] * delta[*j]))
     }
 
-    /// The norm of `[C D]` in comparable units.
+    /// Returns the norm of `[C D]` in comparable units.
     pub(crate) fn size(&self, units: &Mat) -> f64 {
         let scaled = &self.nominal * units;
         let (mass, columns) = scaled.shape();
@@ -115,8 +116,8 @@ impl Gradients {
         self.check_corners(vehicle, blocks)
     }
 
-    /// The mass matrix is positive definite in the box if it is at the corners, because its least eigenvalue is concave
-    /// in each coefficient.
+    /// Checks the corners of the box: the mass matrix is positive definite in the box if it is at the corners, because
+    /// its least eigenvalue is concave in each coefficient.
     fn check_corners(&self, vehicle: &Vehicle, blocks: &[Block]) -> Result<(), UncertainError> {
         let inertial: Vec<usize> = (0..blocks.len())
             .filter(|i| self.first[*i].columns(0, self.nominal.nrows()).amax() > 0.0)
@@ -133,7 +134,7 @@ impl Gradients {
     }
 }
 
-/// The vehicle with its coefficients at `value + half_range delta`.
+/// Returns the vehicle with its coefficients at `value + half_range delta`.
 pub fn perturbed(vehicle: &Vehicle, blocks: &[Block], delta: &[f64]) -> Vehicle {
     blocks.iter().zip(delta).fold(vehicle.clone(), |changed, (b, d)| match b.uncertain {
         Uncertain::Parameter(p @ (Parameter::Coefficient(_) | Parameter::Effect { .. })) if *d != 0.0 => {
@@ -143,15 +144,15 @@ pub fn perturbed(vehicle: &Vehicle, blocks: &[Block], delta: &[f64]) -> Vehicle 
     })
 }
 
-/// Units that make the columns of `[M C D]` comparable: inputs in units of their reach.
+/// Returns units that make the columns of `[M C D]` comparable: inputs in units of their reach.
 pub(crate) fn units(vehicle: &Vehicle, states: usize) -> Mat {
     let inputs = vehicle.actuators.iter().map(squid_auv::Actuator::reach);
     let all: Vec<f64> = std::iter::repeat_n(1.0, 2 * states).chain(inputs).collect();
     Mat::from_diagonal(&nalgebra::DVector::from_vec(all))
 }
 
-/// Leaves out directions of the trim's effect that are smaller than `detail` of `[C D]` at all of the trims; the model
-/// is first order in the trim in any case.
+/// Removes directions of the trim's effect that are smaller than `detail` of `[C D]` at all of the trims; the model is
+/// first order in the trim in any case.
 pub fn coarsen(vehicle: &Vehicle, blocks: &[Block], detail: f64, samples: &mut [Gradients]) {
     let units = units(vehicle, samples.first().map_or(0, |g| g.nominal.nrows()));
     let inverse = units.map(|v| if v > 0.0 { 1.0 / v } else { 0.0 });
@@ -165,8 +166,8 @@ pub fn coarsen(vehicle: &Vehicle, blocks: &[Block], detail: f64, samples: &mut [
             }
         }
         let decomposition = squid_lpv::matrix::svd(&rows);
-        let kept = decomposition.s.iter().filter(|s| **s > detail).count();
-        let directions = decomposition.v.columns(0, kept).into_owned();
+        let rank = decomposition.s.iter().filter(|s| **s > detail).count();
+        let directions = decomposition.v.columns(0, rank).into_owned();
         let projector = &units * &directions * directions.transpose() * &inverse;
         for (g, size) in samples.iter_mut().zip(&sizes) {
             g.first[index] = &g.first[index] * &projector;

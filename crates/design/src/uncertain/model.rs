@@ -1,4 +1,4 @@
-//! The linear model with its uncertain channels.
+//! Linear model with its uncertain channels.
 
 use crate::error::ModelError;
 use crate::uncertain::reduce::runs;
@@ -7,17 +7,17 @@ use squid_lpv::lft::Lft;
 use squid_lpv::matrix::Mat;
 use squid_lpv::plant::channels;
 
-/// An uncertain quantity.
+/// Uncertain quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Uncertain {
-    /// A coefficient, or a quantity of the trim.
+    /// Coefficient, or quantity of the trim.
     Parameter(Parameter),
-    /// The gain of an actuator.
+    /// Gain of an actuator.
     Gain(usize),
 }
 
 impl Uncertain {
-    /// Its name.
+    /// Returns the name of the quantity.
     pub fn name(self, vehicle: &Vehicle) -> String {
         match self {
             Self::Parameter(parameter) => parameter.name(vehicle),
@@ -25,42 +25,42 @@ impl Uncertain {
         }
     }
 
-    /// Whether it belongs to the trim, and therefore follows from the coefficients.
+    /// Returns `true` for a quantity of the trim, which follows from the coefficients.
     pub fn is_of_trim(self) -> bool {
         matches!(self, Self::Parameter(Parameter::Incidence | Parameter::Output(_)))
     }
 }
 
-/// One normalised uncertain parameter: `value + half_range delta`, |delta| <= 1.
+/// Normalised uncertain parameter: `value + half_range delta`, |delta| <= 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
-    /// The quantity.
+    /// Uncertain quantity.
     pub uncertain: Uncertain,
-    /// Its name.
+    /// Name of the quantity.
     pub name: String,
-    /// Its nominal value, SI; for a quantity of the trim, that at the middle of the range of speed.
+    /// Nominal value, SI; for a quantity of the trim, that at the middle of the range of speed.
     pub value: f64,
-    /// Its half range, SI; for a quantity of the trim, that at the middle of the range of speed.
+    /// Half range, SI; for a quantity of the trim, that at the middle of the range of speed.
     pub half_range: f64,
-    /// Unit.
+    /// Unit of the quantity.
     pub unit: &'static str,
-    /// The number of repetitions, which is its number of channels.
+    /// Number of repetitions, equal to its number of channels.
     pub repetitions: usize,
 }
 
-/// The linear model with its uncertain channels.
+/// Linear model with its uncertain channels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UncertainModel {
-    /// The LFT of `[A B]`: its parameters are rho, if rho has channels, followed by the blocks.
+    /// LFT of `[A B]`: its parameters are rho, if rho has channels, followed by the blocks.
     pub lft: Lft,
-    /// The number of channels of the scheduling parameter rho, which come first; 0 at a frozen speed.
+    /// Number of channels of the scheduling parameter rho, which come first; 0 at a frozen speed.
     pub scheduled: usize,
-    /// The uncertain parameters in the order of their channels; each has at least one.
+    /// Uncertain parameters in the order of their channels; each has at least one.
     pub blocks: Vec<Block>,
 }
 
 impl UncertainModel {
-    /// The model of an LFT of `[A B]` whose parameter 0 is rho and parameter 1 + i is `all[i]`.
+    /// Builds the model from an LFT of `[A B]` whose parameter 0 is rho and parameter 1 + i is `all[i]`.
     pub(crate) fn from_lft(lft: Lft, all: &[Block]) -> Self {
         let mut scheduled = 0;
         let mut blocks = Vec::new();
@@ -75,18 +75,18 @@ impl UncertainModel {
         model
     }
 
-    /// The number of channels.
+    /// Returns the number of channels.
     pub fn channels(&self) -> usize {
         self.lft.size()
     }
 
-    /// The repetitions: those of rho first, if it has channels, then those of every block.
+    /// Returns the repetitions: those of rho first, if it has channels, then those of every block.
     pub fn repetitions(&self) -> Vec<usize> {
         let scheduled = (self.scheduled > 0).then_some(self.scheduled);
         scheduled.into_iter().chain(self.blocks.iter().map(|b| b.repetitions)).collect()
     }
 
-    /// `[A B]` at rho (ignored by a model at one speed) and at one delta per block.
+    /// Evaluates `[A B]` at rho (ignored by a model at one speed) and at one delta per block.
     ///
     /// # Errors
     /// [`ModelError::System`] if `I - Ddd Delta` is singular.

@@ -1,4 +1,4 @@
-//! `[M C D]` as an LFT in the uncertain parameters and rho, and the resulting LFT of `[A B] = M^-1 [C D]`.
+//! Matrix `[M C D]` as an LFT in the uncertain parameters and rho, and the resulting LFT of `[A B] = M^-1 [C D]`.
 
 use crate::error::Error;
 use crate::uncertain::gradients::{Gradients, ROUNDING, units};
@@ -8,24 +8,24 @@ use squid_lpv::lft::Lft;
 use squid_lpv::matrix::{Mat, block};
 use squid_lpv::polynomial::MatrixPolynomial;
 
-/// Effects of the trim below this, relative to `[C D]`, are left out: this saves channels, and its error, which is
+/// Size, relative to `[C D]`, below which effects of the trim are left out. This saves channels; the error, which is
 /// measured with the rest, is small compared with the uncertainty.
 pub const DETAIL: f64 = 1e-3;
 
-/// The parts of `[M C D]` as constants or as LFTs in rho, which is parameter 0; parameter i of `first` is parameter 1 +
-/// i of the LFT.
+/// Parts of `[M C D]` as constants or as LFTs in rho, which is parameter 0; parameter i of `first` is parameter 1 + i
+/// of the LFT.
 #[derive(Debug, Clone)]
 pub struct Pencil {
-    /// `[A B]` at delta = 0.
+    /// Matrix `[A B]` at delta = 0.
     nominal: Lft,
-    /// M at delta = 0.
+    /// Mass matrix M at delta = 0.
     mass: Mat,
     first: Vec<Lft>,
     second: Vec<(usize, usize, Lft)>,
 }
 
 impl Pencil {
-    /// The pencil at one speed, with the nominal `[A B]` `nominal`.
+    /// Builds the pencil at one speed, with the nominal `[A B]` `nominal`.
     pub fn frozen(gradients: &Gradients, nominal: &Mat) -> Self {
         let constant = |m: &Mat| Lft::constant(m.clone());
         Self {
@@ -36,8 +36,8 @@ impl Pencil {
         }
     }
 
-    /// The pencil over the range of rho. Each part is a polynomial of at most `order`, fitted to the samples within
-    /// `detail` of `[C D]`; `nominal` is the LFT of `[A B]` in rho.
+    /// Builds the pencil over the range of rho. Each part is a polynomial of at most `order`, fitted to the samples
+    /// within `detail` of `[C D]`; `nominal` is the LFT of `[A B]` in rho.
     ///
     /// # Errors
     /// [`ModelError::System`](crate::error::ModelError::System).
@@ -75,9 +75,10 @@ impl Pencil {
         Ok(Self { nominal: nominal.clone(), mass, first, second })
     }
 
-    /// The LFT of `[A B]`, not yet minimal.
+    /// Returns the LFT of `[A B]`, not yet minimal.
     ///
-    /// With `M x' = M N [x; u] + L w` and `z = D w + R_c [x; u] - R_m x'`, where N is the nominal `[A B]`,
+    /// The LFT follows from `M x' = M N [x; u] + L w` and `z = D w + R_c [x; u] - R_m x'`, where N is the nominal `[A
+    /// B]`:
     ///
     /// ```text
     /// x' = N [x; u] + M^-1 L w,   z = (D - R_m M^-1 L) w + (R_c - R_m N) [x; u]
@@ -104,7 +105,7 @@ impl Pencil {
         }
     }
 
-    /// `delta_i (E_i + sum_j delta_j E_ij)`, j > i, with as many channels of delta_i as the rank of the bracket.
+    /// Term `delta_i (E_i + sum_j delta_j E_ij)`, j > i, with as many channels of delta_i as the rank of the bracket.
     fn term(&self, i: usize) -> Option<Lft> {
         let pairs = self.second.iter().filter(|(p, _, _)| *p == i);
         let bracket = pairs.fold(self.first[i].clone(), |sum, (_, j, both)| {
@@ -121,12 +122,12 @@ impl Pencil {
     }
 }
 
-/// M, the first columns of `[M C D]`.
+/// Mass matrix M, the first columns of `[M C D]`.
 fn mass_of(gradients: &Gradients) -> Mat {
     gradients.nominal.columns(0, gradients.nominal.nrows()).into_owned()
 }
 
-/// `theta_parameter I`.
+/// Block `theta_parameter I`.
 fn repeated(parameter: usize, count: usize) -> Lft {
     let identity = Mat::identity(count, count);
     Lft {
@@ -138,8 +139,8 @@ fn repeated(parameter: usize, count: usize) -> Lft {
     }
 }
 
-/// The LFT of the polynomial of least order, up to `order`, that fits samples `(rho, m, allowed)` within the allowed
-/// error of each.
+/// LFT of the polynomial of least order, up to `order`, that fits samples `(rho, m, allowed)` within the allowed error
+/// of each.
 fn fitted(samples: &[(f64, Mat, f64)], units: &Mat, order: usize) -> Result<Lft, Error> {
     let values: Vec<(f64, Mat)> = samples.iter().map(|(rho, m, _)| (*rho, m.clone())).collect();
     let largest = values.iter().map(|(_, m)| m.amax()).fold(0.0, f64::max);

@@ -1,9 +1,8 @@
-//! The smallest LFT obtainable by exact projection: uncontrollable and unobservable channels are removed.
+//! Smallest LFT obtainable by exact projection: uncontrollable and unobservable channels are removed.
 //!
 //! A channel direction without effect, because no input reaches it directly or through other channels, or because no
-//! output depends on it, is removed. Each parameter keeps its own subspace, so the structure `blkdiag(delta_i I)` is
-//! kept. The result is minimal if the parameters are not assumed to commute.
-//! parameters are not assumed to commute.
+//! output depends on it, is removed. Each parameter has its own subspace, so the structure `blkdiag(delta_i I)` is
+//! preserved. The result is minimal if the parameters are not assumed to commute.
 //!
 //! Source: C. L. Beck, J. Doyle, K. Glover, "Model reduction of multidimensional and uncertain systems", IEEE Trans.
 //! Automatic Control 41(10), 1996; C. L. Beck, R. D'Andrea, Automatica 40, 2004 (the subspaces).
@@ -11,10 +10,10 @@
 use squid_lpv::lft::Lft;
 use squid_lpv::matrix::{Mat, block, svd};
 
-/// Directions smaller than this, relative to the largest of their parameter, are rounding.
+/// Size, relative to the largest of their parameter, below which directions are rounding.
 const ROUNDING: f64 = 1e-10;
 
-/// The LFT without uncontrollable and unobservable channels; channels are sorted by parameter and balanced.
+/// Removes uncontrollable and unobservable channels of an LFT; the others are sorted by parameter and balanced.
 pub fn minimal(lft: &Lft) -> Lft {
     let sorted = lft.in_order();
     let controllable = project(&sorted, &sizes(&sorted));
@@ -22,7 +21,7 @@ pub fn minimal(lft: &Lft) -> Lft {
     balanced(&observable)
 }
 
-/// The transposed LFT.
+/// Transposed LFT.
 fn transpose(lft: &Lft) -> Lft {
     Lft {
         constant: lft.constant.transpose(),
@@ -33,7 +32,7 @@ fn transpose(lft: &Lft) -> Lft {
     }
 }
 
-/// Each parameter of a sorted LFT, with its first channel and its number of channels.
+/// Returns each parameter of a sorted LFT, with its first channel and its number of channels.
 pub fn runs(channels: &[usize]) -> Vec<(usize, usize, usize)> {
     let mut out: Vec<(usize, usize, usize)> = Vec::new();
     for (index, &parameter) in channels.iter().enumerate() {
@@ -45,7 +44,7 @@ pub fn runs(channels: &[usize]) -> Vec<(usize, usize, usize)> {
     out
 }
 
-/// The norm of the channel inputs of each parameter of a sorted LFT, as a scale for rounding.
+/// Norm of the channel inputs of each parameter of a sorted LFT, as a scale for rounding.
 fn sizes(lft: &Lft) -> Vec<(usize, f64)> {
     let size = |first, n| lft.right.rows(first, n).norm().max(lft.inner.rows(first, n).norm());
     runs(&lft.channels).into_iter().map(|(parameter, first, n)| (parameter, size(first, n))).collect()
@@ -78,12 +77,13 @@ fn project(lft: &Lft, sizes: &[(usize, f64)]) -> Lft {
         }
     }
     let basis = squid_lpv::matrix::diagonal_blocks(&bases.iter().collect::<Vec<_>>());
-    let kept = runs.iter().zip(&bases);
-    let channels = kept.flat_map(|(&(p, _, _), own)| std::iter::repeat_n(p, own.ncols())).collect();
+    let retained = runs.iter().zip(&bases);
+    let channels = retained.flat_map(|(&(p, _, _), own)| std::iter::repeat_n(p, own.ncols())).collect();
     lft.transformed(&basis.transpose(), &basis, channels)
 }
 
-/// An orthonormal basis of the range of a matrix; singular values that are rounding relative to `size` are zero.
+/// Returns an orthonormal basis of the range of a matrix; singular values that are rounding relative to `size` are
+/// zero.
 pub fn range_basis(a: &Mat, size: f64) -> Mat {
     let decomposition = svd(a);
     let largest = decomposition.s.first().copied().unwrap_or(0.0).max(size);
@@ -111,24 +111,24 @@ mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
-    /// `a + b` with `a = 1 + theta_0`, written with three copies of `a`: one channel each is sufficient.
+    /// One channel each is sufficient for `a + b` with `a = 1 + theta_0`, written with three copies of `a`.
     #[test]
-    fn a_parameter_written_three_times_is_kept_once() {
+    fn keeps_one_channel_of_repeated_parameter() {
         let (a, b) = (Lft::parameter(0, 1.0, 1.0), Lft::parameter(1, 2.0, 0.5));
         let minus = Lft::constant(dmatrix![-1.0]);
-        let clumsy = a.add(&b).add(&a).add(&minus.multiply(&a));
-        assert_eq!(clumsy.size(), 4);
-        let small = minimal(&clumsy);
+        let redundant = a.add(&b).add(&a).add(&minus.multiply(&a));
+        assert_eq!(redundant.size(), 4);
+        let small = minimal(&redundant);
         assert_eq!(small.channels, vec![0, 1]);
         for theta in [[0.3, -0.8], [-1.0, 1.0]] {
-            let (found, wanted) = (small.evaluate(&theta).unwrap(), clumsy.evaluate(&theta).unwrap());
-            assert!((found - wanted).amax() < 1e-14);
+            let (found, expected) = (small.evaluate(&theta).unwrap(), redundant.evaluate(&theta).unwrap());
+            assert!((found - expected).amax() < 1e-14);
         }
     }
 
     /// Unobservable channels and parameters that cancel are removed.
     #[test]
-    fn parameters_that_cancel_are_removed() {
+    fn removes_cancelling_parameters() {
         let (a, b) = (Lft::parameter(0, 1.0, 1.0), Lft::parameter(1, 2.0, 0.5));
         let minus = Lft::constant(dmatrix![-1.0]);
         let nothing = a.multiply(&b).add(&minus.multiply(&a.multiply(&b)));

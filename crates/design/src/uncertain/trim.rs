@@ -1,8 +1,8 @@
-//! The effect of uncertain coefficients on the trim.
+//! Effect of uncertain coefficients on the trim.
 //!
 //! The linear motion depends on the trim through the incidence and the deflection of control surfaces (thrusts at trim
-//! do not enter A and B). Both become parameters of the uncertain model, with the ranges found by trimming again at
-//! corners of the box of coefficients. They are taken as independent of the coefficients, which is conservative.
+//! do not enter A and B). Both become parameters of the uncertain model, with the ranges found by retrimming at corners
+//! of the box of coefficients. They are treated as independent of the coefficients, which is conservative.
 
 use crate::error::Error;
 use crate::error::UncertainError;
@@ -11,28 +11,28 @@ use crate::uncertain::gradients::perturbed;
 use crate::uncertain::model::{Block, Uncertain};
 use squid_auv::{Descriptor, Linearisation, Parameter, Speed, Trim, TrimError, Vehicle, trim_with};
 
-/// The number of random corners of the box at which the vehicle is trimmed, besides the corners along the gradients.
+/// Number of random corners of the box at which the vehicle is trimmed, besides the corners along the gradients.
 const RANDOM_CORNERS: usize = 48;
 
 /// Factor on the limits of actuators, so that a corner beyond them is measured rather than refused.
 const LIMIT_FACTOR: f64 = 1e3;
 
-/// Changes of the trim below this (rad, or N) are taken as zero.
+/// Change of the trim (rad, or N) below which it counts as zero.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// The range of the trim over the box of coefficients.
+/// Range of the trim over the box of coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrimRange {
-    /// The quantities of the trim that vary and affect A and B, with their largest change.
+    /// Varying quantities of the trim that affect A and B, with their largest change.
     pub deviations: Vec<(Parameter, f64)>,
-    /// The number of corners at which the vehicle was trimmed.
+    /// Number of corners at which the vehicle was trimmed.
     pub corners: usize,
-    /// The number of these at which an actuator would exceed its limits.
+    /// Number of these at which an actuator would exceed its limits.
     pub beyond_limits: usize,
 }
 
 impl TrimRange {
-    /// The quantities that vary at any of the trims.
+    /// Returns the quantities that vary at any of the trims.
     pub(crate) fn varying(ranges: &[Self]) -> Vec<Parameter> {
         let mut out = Vec::new();
         for (parameter, _) in ranges.iter().flat_map(|r| &r.deviations) {
@@ -43,15 +43,15 @@ impl TrimRange {
         out
     }
 
-    /// The largest changes of these quantities; 0 for those that do not vary here.
+    /// Returns the largest changes of these quantities; 0 for those that do not vary at this trim.
     pub(crate) fn largest_changes(&self, parameters: &[Parameter]) -> Vec<(Parameter, f64)> {
         let change = |p: &Parameter| self.deviations.iter().find(|(q, _)| q == p).map_or(0.0, |(_, d)| *d);
         parameters.iter().map(|p| (*p, change(p))).collect()
     }
 }
 
-/// All uncertain parameters of the design: coefficients, then quantities of the trim with their largest changes, then
-/// gains of actuators.
+/// Returns all uncertain parameters of the design: coefficients, then quantities of the trim with their largest
+/// changes, then gains of actuators.
 ///
 /// # Errors
 /// [`UncertainError::NothingUncertain`].
@@ -99,7 +99,7 @@ pub fn retrim(
     delta: &[f64],
 ) -> Result<(Vehicle, Trim), UncertainError> {
     let changed = perturbed(vehicle, blocks, delta);
-    // The coefficients of sway, roll and yaw do not move a level trim.
+    // Coefficients of sway, roll and yaw do not affect a level trim.
     if vehicle.coefficients.leaves_plane() {
         return Ok((changed, nominal.clone()));
     }
@@ -163,9 +163,9 @@ pub fn trim_range(inputs: &Inputs, linear: &Linearisation) -> Result<TrimRange, 
     Ok(range)
 }
 
-/// Pseudorandom corners of a box with `n` sides, reproducible for each seed.
+/// Returns pseudorandom corners of a box with `n` sides, reproducible for each seed.
 pub fn random_corners(n: usize, count: usize, seed: u64) -> Vec<Vec<f64>> {
-    // A linear congruential generator; multiplier of Knuth, The Art of Computer Programming 2 (MMIX).
+    // Linear congruential generator; multiplier of Knuth, The Art of Computer Programming 2 (MMIX).
     let mut state = seed;
     let mut sign = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

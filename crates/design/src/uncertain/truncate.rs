@@ -3,9 +3,9 @@
 //! Channel directions with little effect are removed one at a time. The candidate of each parameter is the last
 //! singular direction of the map through its channels, from the inputs to the outputs and including the channels of
 //! other parameters. The candidate whose removal changes `[A B]` least is removed, as long as the total change is
-//! within a tolerance. The gain of an actuator must also keep the actuator's own column, which may be small, within it.
-//! The projection is oblique and balances channel inputs with outputs, as in B. C. Moore, IEEE Trans. Automatic Control
-//! 26(1), 1981.
+//! within a tolerance. The removal of an actuator's gain must also change the column of that actuator, which may be
+//! small, by no more than the tolerance. The projection is oblique and balances channel inputs with outputs, as in B.
+//! C. Moore, IEEE Trans. Automatic Control 26(1), 1981.
 
 use crate::error::{Error, UncertainError};
 use crate::fit::Model;
@@ -20,32 +20,32 @@ use squid_lpv::lft::Lft;
 use squid_lpv::matrix::{Mat, block, svd};
 use squid_lpv::robust::UncertainPlant;
 
-/// The extent of a reduction.
+/// Extent of a reduction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reduction {
-    /// The fraction of the declared box in which the model is compared.
+    /// Fraction of the declared box in which the model is compared.
     pub size: f64,
-    /// The allowed relative change of `[A B]` there.
+    /// Allowed relative change of `[A B]` there.
     pub tolerance: f64,
 }
 
-/// A model with fewer channels.
+/// Model with fewer channels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truncated {
-    /// The model, without parameters that have lost all their channels.
+    /// Model without the parameters that have lost all their channels.
     pub model: UncertainModel,
-    /// The largest relative change of `[A B]`, over points of the full box.
+    /// Largest relative change of `[A B]`, over points of the full box.
     pub error: f64,
-    /// The names of the removed parameters.
+    /// Names of the removed parameters.
     pub removed: Vec<String>,
 }
 
-/// The uncertain model over the range of speed without the channels that change `[A B]` by at most a relative tolerance
-/// in a fraction of the declared box, and its plant with the weights.
+/// Removes the channels of an uncertain model over the range of speed that change `[A B]` by at most a relative
+/// tolerance in a fraction of the declared box, and builds its plant with the weights.
 ///
 /// # Errors
-/// [`UncertainError::NothingLeft`] if no parameter is left;
-/// [`ModelError::System`](crate::error::ModelError::System) if the model has no value; as [`uncertain_plant`].
+/// [`UncertainError::NothingLeft`] if no parameter is left; [`ModelError::System`](crate::error::ModelError::System) if the
+/// model has no value; the errors of [`uncertain_plant`].
 pub fn reduced(
     inputs: &Inputs,
     full: &UncertainModel,
@@ -61,19 +61,19 @@ pub fn reduced(
     Ok((truncated, UncertainPlant { plant, scheduled: 1 }))
 }
 
-/// The values of rho at which models are compared.
+/// Values of rho at which models are compared.
 const RHOS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 
-/// The number of corners of the box at each rho: for the search, and for the reported error.
+/// Number of corners of the box at each rho: for the search, and for the reported error.
 const CORNERS: usize = 8;
 const REPORTED: usize = 200;
 
-/// An LFT with one channel of `parameter` removed.
+/// LFT with one channel of `parameter` removed.
 struct Candidate {
-    /// Its relative error.
+    /// Relative error of the LFT.
     error: f64,
     parameter: usize,
-    /// The relative error in the column of the actuator, if the parameter is an actuator's gain.
+    /// Relative error in the column of the actuator, if the parameter is an actuator's gain.
     own_error: f64,
     lft: Lft,
 }
@@ -91,21 +91,21 @@ fn truncate(
 ) -> Result<Truncated, Error> {
     let full = &model.lft;
     let points = points(model, size, CORNERS);
-    let wanted = values(actuators, full, &points)?;
+    let reference = values(actuators, full, &points)?;
     let mut lft = full.clone();
-    // The relative error of each actuator's column from the removed channels of its gain.
+    // Relative error of each actuator's column from the removed channels of its gain.
     let mut own_errors = vec![0.0; 1 + model.blocks.len()];
     loop {
-        let now = values(actuators, &lft, &points)?;
+        let current = values(actuators, &lft, &points)?;
         let mut best: Option<Candidate> = None;
         for (parameter, first, count) in runs(&lft.channels) {
             let Some(shorter) = without_least(actuators, &lft, first, count, size) else { continue };
             let found = values(actuators, &shorter, &points)?;
             let own = parameter.checked_sub(1).and_then(|i| column_of(model.blocks.get(i)?, actuators.len()));
             let own_error =
-                own.map_or(0.0, |from_last| distance(&last(&found, from_last), &last(&now, from_last)));
+                own.map_or(0.0, |from_last| distance(&last(&found, from_last), &last(&current, from_last)));
             let own_error = own_errors[parameter] + own_error;
-            let error = distance(&found, &wanted).max(own_error);
+            let error = distance(&found, &reference).max(own_error);
             if best.as_ref().is_none_or(|least| error < least.error) {
                 best = Some(Candidate { error, parameter, own_error, lft: shorter });
             }
@@ -126,7 +126,7 @@ fn truncate(
     Ok(Truncated { model: left, error, removed })
 }
 
-/// The corners of the box and its centre, at each rho.
+/// Corners of the box and its centre, at each rho.
 fn points(model: &UncertainModel, size: f64, corners: usize) -> Vec<Vec<f64>> {
     let mut all = random_corners(model.blocks.len(), corners, 3);
     all.push(vec![0.0; model.blocks.len()]);
@@ -139,7 +139,7 @@ fn values(actuators: &[Actuator], lft: &Lft, points: &[Vec<f64>]) -> Result<Vec<
     points.iter().map(|point| Ok(scaled(actuators, lft.evaluate(point)?))).collect()
 }
 
-/// The column of `[A B]` that an actuator's gain scales, counted from the last, which is 1.
+/// Column of `[A B]` that an actuator's gain scales, counted from the last, which is 1.
 fn column_of(block: &Block, actuators: usize) -> Option<usize> {
     match block.uncertain {
         Uncertain::Gain(actuator) => Some(actuators - actuator),
@@ -152,16 +152,16 @@ fn last(all: &[Mat], index: usize) -> Vec<Mat> {
     all.iter().map(|m| m.columns(m.ncols() - index, 1).into_owned()).collect()
 }
 
-/// The largest relative distance of two matrices at the same point; 0 if they are equal.
-fn distance(found: &[Mat], wanted: &[Mat]) -> f64 {
+/// Largest relative distance of two matrices at the same point; 0 if they are equal.
+fn distance(found: &[Mat], reference: &[Mat]) -> f64 {
     let relative = |(f, w): (&Mat, &Mat)| match (f - w).norm() {
         same if same <= 0.0 => 0.0,
         off => off / w.norm(),
     };
-    found.iter().zip(wanted).map(relative).fold(0.0, f64::max)
+    found.iter().zip(reference).map(relative).fold(0.0, f64::max)
 }
 
-/// The LFT without the least significant direction of `count` channels of one parameter.
+/// LFT without the least significant direction of `count` channels of one parameter.
 fn without_least(actuators: &[Actuator], lft: &Lft, first: usize, count: usize, size: f64) -> Option<Lft> {
     let k = lft.size();
     let others: Vec<usize> = (0..k).filter(|i| *i < first || *i >= first + count).collect();
@@ -178,25 +178,25 @@ fn without_least(actuators: &[Actuator], lft: &Lft, first: usize, count: usize, 
     let right = scaled(actuators, lft.right.rows(first, count).into_owned());
     let into = block(&[&[&right, &inner.rows(first, count).select_columns(&others)]]);
     let decomposition = svd(&(&out * &into));
-    let kept = count - 1;
-    if kept > 0 && decomposition.s.get(kept - 1).is_none_or(|s| *s <= 0.0) {
+    let rank = count - 1;
+    if rank > 0 && decomposition.s.get(rank - 1).is_none_or(|s| *s <= 0.0) {
         return None;
     }
     let root = Mat::from_diagonal(&nalgebra::DVector::from_iterator(
-        kept,
-        decomposition.s.iter().take(kept).map(|s| 1.0 / s.sqrt()),
+        rank,
+        decomposition.s.iter().take(rank).map(|s| 1.0 / s.sqrt()),
     ));
-    let own_to = &into * decomposition.v.columns(0, kept) * &root;
-    let own_from = &root * decomposition.u.columns(0, kept).transpose() * &out;
+    let own_to = &into * decomposition.v.columns(0, rank) * &root;
+    let own_from = &root * decomposition.u.columns(0, rank).transpose() * &out;
     let mut to = Mat::zeros(k, k - 1);
     let mut from = Mat::zeros(k - 1, k);
-    let place = |i: usize| if i < first { i } else { i - 1 };
+    let index = |i: usize| if i < first { i } else { i - 1 };
     for &i in &others {
-        to[(i, place(i))] = 1.0;
-        from[(place(i), i)] = 1.0;
+        to[(i, index(i))] = 1.0;
+        from[(index(i), i)] = 1.0;
     }
-    to.view_mut((first, first), (count, kept)).copy_from(&own_to);
-    from.view_mut((first, first), (kept, count)).copy_from(&own_from);
+    to.view_mut((first, first), (count, rank)).copy_from(&own_to);
+    from.view_mut((first, first), (rank, count)).copy_from(&own_from);
     let mut channels = lft.channels.clone();
     channels.remove(first);
     Some(lft.transformed(&from, &to, channels))
@@ -221,7 +221,7 @@ mod tests {
 
     /// The propeller's column is small compared with `[A B]`: its entire gain is within the tolerance of `[A B]`.
     #[test]
-    fn the_gain_of_a_weak_actuator_stays() {
+    fn keeps_gain_of_weak_actuator() {
         let found = with_gain(0.1).unwrap();
         assert_eq!(found.removed, Vec::<String>::new());
         let names: Vec<&str> = found.model.blocks.iter().map(|b| b.name.as_str()).collect();
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn a_model_with_nothing_uncertain_left_is_refused() {
+    fn rejects_model_without_remaining_uncertainty() {
         let refused = with_gain(0.001).unwrap_err().to_string();
         assert!(refused.contains("no declared uncertainty is left in the model"), "{refused}");
         assert!(refused.contains("gain of propeller, gain of stern_planes"), "{refused}");

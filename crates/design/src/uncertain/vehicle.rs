@@ -1,5 +1,5 @@
-//! The effect of a perturbation of the uncertain model on a vehicle: the coefficients and the actuator gains are
-//! changed, and the vehicle is trimmed again and linearised.
+//! Effect of a perturbation of the uncertain model on a vehicle: the coefficients and the actuator gains are changed,
+//! and the vehicle is retrimmed and linearised.
 //!
 //! In the model the quantities of the trim, such as the incidence, are parameters that are independent of the
 //! coefficients. In a vehicle the trim follows from the coefficients, so a perturbation of the model need not
@@ -17,7 +17,7 @@ use squid_auv::{Vehicle, linearise_with};
 use squid_lpv::controller::Controller;
 use squid_lpv::mu::CMat;
 
-/// The parameter values of a perturbation, which repeats each on its channels.
+/// Returns the parameter values of a perturbation, which repeats each on its channels.
 pub fn values(frozen: &FrozenUncertain, delta: &CMat) -> Vec<f64> {
     let mut top = 0;
     let value = |repetitions: usize| {
@@ -28,8 +28,8 @@ pub fn values(frozen: &FrozenUncertain, delta: &CMat) -> Vec<f64> {
     frozen.model.blocks.iter().map(|b| b.repetitions).map(value).collect()
 }
 
-/// The vehicle with the coefficients and gains of a perturbation, one entry per block of the model, trimmed again at
-/// the same speed; `None` if there is no such vehicle, or it has no trim within its actuator limits.
+/// Returns the vehicle with the coefficients and gains of a perturbation, one entry per block of the model, retrimmed
+/// at the same speed; `None` if there is no such vehicle, or it has no trim within its actuator limits.
 pub fn vehicle_at(vehicle: &Vehicle, frozen: &FrozenUncertain, delta: &[f64]) -> Option<Linearisation> {
     let blocks = &frozen.model.blocks;
     let (changed, trim) = retrim(vehicle, &frozen.nominal.trim, blocks, delta).ok()?;
@@ -42,7 +42,7 @@ pub fn vehicle_at(vehicle: &Vehicle, frozen: &FrozenUncertain, delta: &[f64]) ->
     Some(Linearisation::of(&with_gains(linearisation, blocks, delta), &vehicle.actuators))
 }
 
-/// A linearisation with the gains of the actuators at their deltas.
+/// Scales the inputs of a linearisation by the gains of the actuators at their deltas.
 pub(crate) fn with_gains(
     mut l: squid_auv::Linearisation,
     blocks: &[Block],
@@ -53,7 +53,7 @@ pub(crate) fn with_gains(
     l
 }
 
-/// The output of each of `actuators` actuators relative to its command.
+/// Returns the output of each of `actuators` actuators relative to its command.
 pub fn gains(actuators: usize, blocks: &[Block], delta: &[f64]) -> Vec<f64> {
     let mut gains = vec![1.0; actuators];
     for (b, d) in blocks.iter().zip(delta) {
@@ -64,7 +64,7 @@ pub fn gains(actuators: usize, blocks: &[Block], delta: &[f64]) -> Vec<f64> {
     gains
 }
 
-/// The gain from w to z of a linearisation with the controller frozen at rho; infinite if the loop is unstable.
+/// Returns the gain from w to z of a linearisation with the controller frozen at rho; infinite if the loop is unstable.
 ///
 /// # Errors
 /// [`ModelError::System`](crate::error::ModelError::System) if the controller is not well posed at rho.
@@ -75,13 +75,13 @@ pub fn gain(inputs: &Inputs, l: &Linearisation, controller: &Controller) -> Resu
     Ok(plant.close(&frozen_controller(controller, rho)?).frozen(&[])?.hinf_norm().value)
 }
 
-/// The number of sizes tried along a perturbation, and of bisections for the first that destabilises.
+/// Number of sizes tried along a perturbation, and of bisections for the first that destabilises.
 const SIZES: u32 = 100;
 const BISECTIONS: u32 = 30;
 
-/// The smallest size found along a perturbation, as a fraction of the declared uncertainty up to `farthest`, at which
-/// the loop of the vehicle is unstable. The size does not include parameters of the trim. `None` if the loop is stable
-/// as far as there are such vehicles.
+/// Returns the smallest size found along a perturbation, as a fraction of the declared uncertainty up to `farthest`, at
+/// which the loop of the vehicle is unstable. The size does not include parameters of the trim. `None` if the loop is
+/// stable for all such vehicles that exist.
 pub fn destabilised_at(
     vehicle: &Vehicle,
     frozen: &FrozenUncertain,
@@ -128,9 +128,9 @@ mod tests {
         (inputs.vehicle, frozen, delta)
     }
 
-    /// Central differences of the nonlinear motion, with the coefficients written by hand.
+    /// Central differences of the nonlinear motion, with manually changed coefficients, give the same linearisation.
     #[test]
-    fn the_vehicle_has_the_coefficients_of_the_perturbation_at_its_own_trim() {
+    fn vehicle_is_linearised_with_perturbation_at_its_own_trim() {
         let (vehicle, frozen, delta) = squid(&[
             ("M_uw", 0.5),
             ("Z_w", -0.8),
@@ -141,7 +141,7 @@ mod tests {
         let found = vehicle_at(&vehicle, &frozen, &delta).unwrap();
 
         let mut by_hand = vehicle.coefficients.clone();
-        // For negative values an increase is towards zero.
+        // An increase of a negative value is towards zero.
         by_hand.M_uw *= 1.0 - 0.3 * 0.5;
         by_hand.Z_w *= 1.0 + 0.7 * 0.8;
         by_hand.drag_area *= 1.3;
@@ -168,15 +168,18 @@ mod tests {
             let (high, low) = (moved(step), moved(-step));
             let factor = if j == 4 { 1.0 - 0.1 * 0.6 } else { 1.0 };
             for i in 0..4 {
-                let wanted = factor * (high[i] - low[i]) / (2.0 * step);
+                let expected = factor * (high[i] - low[i]) / (2.0 * step);
                 let entry = if j < 4 { found.a[(i, j)] } else { found.b[(i, j - 4)] };
-                assert!((entry - wanted).abs() < 1e-6 * wanted.abs().max(1.0), "{i} {j}: {entry} {wanted}");
+                assert!(
+                    (entry - expected).abs() < 1e-6 * expected.abs().max(1.0),
+                    "{i} {j}: {entry} {expected}"
+                );
             }
         }
     }
 
     #[test]
-    fn a_vehicle_that_trims_beyond_its_limits_is_none() {
+    fn no_vehicle_beyond_actuator_limits() {
         let (mut vehicle, frozen, delta) = squid(&[("drag_area", 1.0)]);
         assert!(vehicle_at(&vehicle, &frozen, &delta).is_some());
         let most = frozen.nominal.trim.actuators[0];
@@ -185,10 +188,10 @@ mod tests {
         assert!(vehicle_at(&vehicle, &frozen, &delta).is_none(), "more drag takes more thrust");
     }
 
-    /// Along a thrust loss of 10 % the thrust is below 96.5 % above a size of 0.35; the incidence does not affect the
+    /// The thrust is below 96.5 % above a size of 0.35 along a thrust loss of 10 %; the incidence does not affect the
     /// size.
     #[test]
-    fn the_first_size_that_is_not_stable_is_found() {
+    fn finds_first_unstable_size() {
         let (vehicle, frozen, delta) = squid(&[("gain of lower", -0.5), ("incidence", 2.0)]);
         let enough = |l: &Linearisation| l.b[(0, 0)] / frozen.nominal.b[(0, 0)] > 0.965;
         let found = destabilised_at(&vehicle, &frozen, &delta, 1.0, enough).unwrap();

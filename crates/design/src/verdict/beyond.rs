@@ -1,4 +1,4 @@
-//! References beyond what the vehicle can hold.
+//! Pitch references beyond the envelope.
 
 use crate::error::Error;
 use crate::inputs::Inputs;
@@ -9,45 +9,47 @@ use squid_auv::longitudinal::{PITCH, SIGNALS, SPEED};
 use squid_flight::flight::Row;
 use squid_scheduled::{ControllerDesign, Manoeuvre, ReferenceLimits};
 
-/// How far a step goes, relative to the way from level flight to the end of the envelope; farther ones are limited to
+/// Size of a step relative to the distance from level flight to the end of the envelope; larger steps are limited to
 /// the same reference.
 const FACTOR: f64 = 3.0;
 
-/// The steepest pitch that is asked, rad.
+/// Steepest requested pitch, rad.
 const STEEPEST: f64 = 1.5;
 
-/// How long a step is held, how long after its end the rest is judged, at least, and how long it is watched (s).
+/// Duration of a step, least time from its end to the assessment of the remaining error, and duration of that
+/// assessment (s).
 const HELD: f64 = 40.0;
 const AFTER: f64 = 8.0;
 const WATCHED: f64 = 6.0;
 
-/// The rest is not judged before the reference model of pitch has settled: this number over its frequency (s).
+/// Settling time of the reference model of pitch times its frequency; the remaining error is not assessed earlier.
 const SETTLED: f64 = 10.0;
 
-/// An envelope that is narrower, rad, leaves nothing to fly.
+/// Width below which an envelope is not flown, rad.
 const NARROW: f64 = 0.01;
 
-/// A step of pitch that asks for more than the vehicle can hold, held and taken back.
+/// Step of pitch beyond the envelope, held and taken back.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Beyond {
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// The pitch that is asked, rad.
+    /// Requested pitch, rad.
     pub asked: f64,
-    /// The end of the envelope, rad.
+    /// End of the envelope, rad.
     pub end: f64,
-    /// How far pitch is from the end of the envelope when the step has been held, relative to the way there from level
-    /// flight.
+    /// Distance of pitch from the end of the envelope at the end of the step, relative to the distance of that end from
+    /// level flight.
     pub off: f64,
-    /// The error of the speed then, relative to the speed that is asked, or half the range of speed if that is more.
+    /// Error of the speed at that time, relative to the forward speed of the trim, or half the range of speed if that
+    /// is larger.
     pub speed_error: f64,
-    /// The largest loss of speed at any time, relative to the same.
+    /// Largest loss of speed at any time, on the same scale.
     pub lost_speed: f64,
-    /// The largest error of pitch some seconds after the end of the step and later, relative to the same way.
+    /// Largest error of pitch from some seconds after the end of the step on, relative to the same distance.
     pub left: f64,
 }
 
-/// How long after the end of a step the rest is judged, s.
+/// Time from the end of a step to the assessment of the remaining error, s.
 pub(super) fn after(inputs: &Inputs) -> f64 {
     let pitch = inputs.design.tracked.iter().find(|t| t.index == PITCH);
     let settled = pitch.and_then(|t| t.model).map_or(0.0, |model| SETTLED / model.frequency);
@@ -55,7 +57,7 @@ pub(super) fn after(inputs: &Inputs) -> f64 {
 }
 
 impl Beyond {
-    /// The flights at a number of speeds, up and down; none for a design that does not follow pitch.
+    /// Flies the steps at a number of speeds, up and down; none for a design that does not follow pitch.
     ///
     /// # Errors
     /// The errors of the flights.
@@ -103,7 +105,7 @@ impl Beyond {
             ..inputs.design.manoeuvre.without_steps()
         };
         let manoeuvre = still.with_step(SIGNALS[PITCH].name, asked - level);
-        let way = (end - level).abs();
+        let scale = (end - level).abs();
         let lost = Self {
             speed,
             asked,
@@ -113,19 +115,19 @@ impl Beyond {
             lost_speed: f64::INFINITY,
             left: f64::INFINITY,
         };
-        // So deep that no climb reaches the surface.
+        // The depth is such that no climb reaches the surface.
         let depth = inputs.design.depth + 2.0 * speed.abs() * manoeuvre.duration;
         let Some(flight) = flight_from(inputs, controller, depth, &manoeuvre)? else { return Ok(lost) };
         let rows = &flight.rows;
         let held = rows.iter().rfind(|row| row.time < STEP_TIME + HELD);
-        // Near rest the range of speed is the measure.
+        // Half the range of speed is the scale near rest.
         let size = forward.abs().max(half_range);
         let slower = |row: &Row| (forward - row.measured(SPEED)) * forward.signum() / size;
-        let off = held.map_or(f64::INFINITY, |row| (row.measured(PITCH) - end).abs() / way);
+        let off = held.map_or(f64::INFINITY, |row| (row.measured(PITCH) - end).abs() / scale);
         let speed_error = held.map_or(f64::INFINITY, |row| slower(row).abs());
         let lost_speed = rows.iter().map(slower).fold(0.0, f64::max);
         let late = rows.iter().filter(|row| row.time >= STEP_TIME + HELD + after);
-        let left = late.map(|row| row.error(PITCH).abs() / way);
+        let left = late.map(|row| row.error(PITCH).abs() / scale);
         Ok(Self { off, speed_error, lost_speed, left: left.fold(0.0, f64::max), ..lost })
     }
 }

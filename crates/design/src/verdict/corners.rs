@@ -13,29 +13,29 @@ use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{Variations, fly_varied, unless_lost};
 use squid_scheduled::ControllerDesign;
 
-/// The random corners at each speed, besides both in which all coefficients are at the same end of their ranges.
+/// Number of random corners at each speed, besides the two with all coefficients at the same end of their ranges.
 const RANDOM: usize = 10;
 
-/// The worst of the default step over corners of the declared uncertainty at one speed: each coefficient at an end of
-/// its range, and each actuator at its least or its largest gain.
+/// Worst figures of the default step over corners of the declared uncertainty at one speed: each coefficient at an end
+/// of its range, and each actuator at its least or its largest gain.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Corners {
-    /// The name of the stepped output.
+    /// Name of the stepped output.
     pub output: &'static str,
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// The number of corners flown.
+    /// Number of corners flown.
     pub flown: usize,
-    /// The number of corners that were not flown, since their actuators cannot hold level flight.
+    /// Number of corners that were not flown, because their actuators cannot hold level flight.
     pub untrimmed: usize,
-    /// The largest excursion beyond the reference, relative to the step; infinite if a flight was lost, or none flown.
+    /// Largest excursion beyond the reference, relative to the step; infinite if a flight was lost, or none flown.
     pub overshoot: f64,
-    /// The largest error at the end, relative to the step; infinite if a flight was lost, or none flown.
+    /// Largest error at the end, relative to the step; infinite if a flight was lost, or none flown.
     pub left: f64,
 }
 
 impl Corners {
-    /// The flights at a number of speeds; none without an output to step, or without declared uncertainty.
+    /// Flies the steps at a number of speeds; none without an output to step, or without declared uncertainty.
     ///
     /// # Errors
     /// The errors of the flights.

@@ -10,40 +10,40 @@ use squid_flight::flight::{Flight, fly, unless_lost};
 use squid_flight::metrics::{StepFigures, used_fraction};
 use squid_scheduled::{Autopilot, ControllerDesign, Manoeuvre};
 
-/// The time of the step, and the time flown after it (s), as in the report.
+/// Time of the step, and time flown after it (s), as in the report.
 pub(super) const STEP_TIME: f64 = 1.0;
 const DURATION: f64 = 60.0;
 
-/// The duration of a step of the speed reference (s), less than any sample time.
+/// Duration of a step of the speed reference (s), less than any sample time.
 pub(super) const AT_ONCE: f64 = 1e-6;
 
-/// The largest step of the speed, relative to half the range of speed; it is towards the middle, so it stays in the
-/// range.
+/// Largest step of the speed, relative to half the range of speed; it is towards the middle, so it stays in the range.
 const SPEED_STEP: f64 = 0.2;
 
-/// A simulated step of a reference at a speed.
+/// Simulated step of a reference at a speed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StepAtSpeed {
-    /// The name of the tracked output.
+    /// Name of the tracked output.
     pub output: &'static str,
     /// Speed along the path before the step, m/s.
     pub speed: f64,
-    /// The height of the step, rad, m or m/s.
+    /// Height of the step, rad, m or m/s.
     pub height: f64,
-    /// The excursion beyond the reference, relative to the step.
+    /// Excursion beyond the reference, relative to the step.
     pub overshoot: f64,
-    /// The time from 10 to 90 %, s.
+    /// Rise time from 10 to 90 %, s.
     pub rise_time: f64,
-    /// The time to within 2 %, s.
+    /// Settling time to within 2 %, s.
     pub settling_time: f64,
-    /// The mean error of the last six seconds, relative to the step.
+    /// Mean error of the last six seconds, relative to the step.
     pub steady_error: f64,
-    /// The largest use of an actuator, including the trim, relative to its limits.
+    /// Largest use of an actuator, including the trim, relative to its limits.
     pub actuator_use: f64,
 }
 
 impl StepAtSpeed {
-    /// A step of each tracked output: for pitch and depth that of the default flight, for the speed at most its scale.
+    /// Flies a step of each tracked output: for pitch and depth that of the default flight, for the speed at most its
+    /// scale.
     pub(super) fn of(inputs: &Inputs, controller: &ControllerDesign, speed: f64) -> Result<Vec<Self>, Error> {
         let step = |tracked: &Tracked| {
             let flight = flight(inputs, controller, &step_at(inputs, tracked, speed))?;
@@ -52,7 +52,7 @@ impl StepAtSpeed {
         inputs.design.tracked.iter().map(step).collect()
     }
 
-    /// The figures of a flight with one step of a signal; `flight` is `None` if it was lost.
+    /// Computes the figures of a flight with one step of a signal; `flight` is `None` if it was lost.
     pub(super) fn flown(index: usize, speed: f64, flight: Option<&Flight>, inputs: &Inputs) -> Self {
         let rows = flight.map_or(&[][..], |f| &f.rows);
         let height = match rows {
@@ -77,7 +77,7 @@ impl StepAtSpeed {
     }
 }
 
-/// The manoeuvre with one step of a tracked output at a speed.
+/// Returns the manoeuvre with one step of a tracked output at a speed.
 pub(super) fn step_at(inputs: &Inputs, tracked: &Tracked, speed: f64) -> Manoeuvre {
     let level = Manoeuvre {
         speed_from: speed,
@@ -98,7 +98,7 @@ pub(super) fn step_at(inputs: &Inputs, tracked: &Tracked, speed: f64) -> Manoeuv
     level.with_step(name, inputs.design.manoeuvre.step(name))
 }
 
-/// A simulated flight; `None` if it was lost.
+/// Simulated flight; `None` if it was lost.
 fn flight(
     inputs: &Inputs,
     controller: &ControllerDesign,
@@ -107,7 +107,7 @@ fn flight(
     flight_from(inputs, controller, inputs.design.depth, manoeuvre)
 }
 
-/// A simulated flight that begins at a depth, m; `None` if it was lost.
+/// Simulates a flight that begins at a depth, m; `None` if it was lost.
 pub(super) fn flight_from(
     inputs: &Inputs,
     controller: &ControllerDesign,
@@ -118,33 +118,32 @@ pub(super) fn flight_from(
     Ok(unless_lost(fly(&inputs.vehicle, controller, level, manoeuvre))?)
 }
 
-/// The use of each actuator in the default flight, relative to its limits, where 1 is at a limit.
+/// Use of each actuator in the default flight, relative to its limits: 1 is at a limit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DefaultFlight {
-    /// The uses, in the order of the vehicle's actuators.
+    /// Uses in the order of the vehicle's actuators.
     pub uses: Vec<Use>,
-    /// Where the flight ends early, if it does.
+    /// Reason for an early end of the flight, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lost: Option<String>,
 }
 
-/// The use of one actuator.
+/// Use of one actuator.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Use {
-    /// Its name.
+    /// Name of the actuator.
     pub actuator: String,
-    /// The largest use in the flight, including the trim.
+    /// Largest use in the flight, including the trim.
     pub most: f64,
-    /// The largest use for level flight at the speeds of the flight.
+    /// Largest use for level flight at the speeds of the flight.
     pub trim: f64,
-    /// The largest unsaturated rate of its lag relative to the rate limit, if there is one; above 1 the rate is
-    /// saturated.
+    /// Largest unsaturated rate of its lag relative to the rate limit, if there is one; above 1 the rate is saturated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
 }
 
-/// The largest unsaturated rate of an actuator's lag under commands that are held between ticks, starting from the
-/// first command \[N/s or rad/s\]; NaN without commands. The rate is largest right after a tick.
+/// Largest unsaturated rate of an actuator's lag under commands that are held between ticks, starting from the first
+/// command \[N/s or rad/s\]; NaN without commands. The rate is largest right after a tick.
 fn largest_rate(actuator: &Actuator, commands: impl Iterator<Item = f64>, design: &DesignFile) -> f64 {
     let mut output = None;
     let rates = commands.map(|command| {

@@ -1,4 +1,4 @@
-//! The figures of a finished design.
+//! Figures of a finished design.
 
 use crate::certify::controller_of;
 use crate::error::Error;
@@ -14,41 +14,41 @@ use serde::Serialize;
 use squid_lpv::controller::Controller;
 use squid_scheduled::ControllerDesign;
 
-/// The numbers of evenly spaced speeds at which the figures are computed.
+/// Numbers of evenly spaced speeds at which the figures are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
-    /// Speeds of the frozen loops.
+    /// Number of speeds of the frozen loops.
     pub frozen: usize,
-    /// Whether the frozen loops include their gains between the ticks, which take most of their time.
+    /// `true` if the frozen loops include their gains between the ticks, which take most of their time.
     pub sampled: bool,
-    /// Speeds of the simulated steps.
+    /// Number of speeds of the simulated steps.
     pub flown: usize,
-    /// Speeds of mu; 0 for none.
+    /// Number of speeds of mu; 0 for none.
     pub mu: usize,
 }
 
 impl Effort {
-    /// The effort for a finished design: the frozen loops at every other speed of its check, the rest at the six speeds
-    /// of the report.
+    /// Effort for a finished design: the frozen loops at every other speed of its check, the other figures at the six
+    /// speeds of the report.
     pub const FULL: Self = Self { frozen: 51, sampled: true, flown: 6, mu: 6 };
 }
 
-/// The figures of a finished design.
+/// Figures of a finished design.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Found {
-    /// The figures of the frozen loops.
+    /// Figures of the frozen loops.
     pub frozen: Vec<AtSpeed>,
-    /// The figures of the simulated steps.
+    /// Figures of the simulated steps.
     pub steps: Vec<StepAtSpeed>,
-    /// The flights beyond the envelope.
+    /// Flights beyond the envelope.
     pub beyond: Vec<Beyond>,
-    /// The flights under loads that the actuators cannot hold.
+    /// Flights under loads that the actuators cannot hold.
     pub held: Vec<Held>,
-    /// The steps at corners of the declared uncertainty.
+    /// Steps at corners of the declared uncertainty.
     pub corners: Vec<Corners>,
-    /// The default flight.
+    /// Default flight.
     pub flight: DefaultFlight,
-    /// The bounds on mu.
+    /// Bounds on mu.
     pub mu: Vec<MuAtSpeed>,
 }
 
@@ -82,7 +82,7 @@ impl Found {
         })
     }
 
-    /// The figures of the frozen loops alone, without their gains between the ticks; all others are empty.
+    /// Computes the figures of the frozen loops alone, without their gains between the ticks; all others are empty.
     ///
     /// # Errors
     /// The errors of trim and linearisation.
@@ -100,10 +100,10 @@ impl Found {
         })
     }
 
-    /// The figures with mu at `count` speeds.
+    /// Replaces mu by that at `count` speeds.
     ///
     /// # Errors
-    /// As [`Found::of`].
+    /// The errors of [`Found::of`].
     pub fn with_mu(
         self,
         inputs: &Inputs,
@@ -118,7 +118,7 @@ fn mu(inputs: &Inputs, k: &Controller, count: usize) -> Vec<MuAtSpeed> {
     speeds(inputs, count).into_par_iter().map(|speed| MuAtSpeed::of(inputs, k, speed)).collect()
 }
 
-/// `count` evenly spaced speeds; none for 0.
+/// Evenly spaced speeds, `count` of them; none for 0.
 fn speeds(inputs: &Inputs, count: usize) -> Vec<f64> {
     if count == 0 { vec![] } else { inputs.design.spread(count) }
 }

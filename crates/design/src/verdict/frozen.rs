@@ -1,4 +1,4 @@
-//! The frozen, sampled loop at one speed.
+//! Frozen, sampled loop at one speed.
 
 use crate::augment::{LinearModel, augment};
 use crate::axis::VehicleModel;
@@ -14,22 +14,22 @@ use squid_lpv::controller::Controller;
 use squid_lpv::matrix::eigenvalues;
 use squid_lpv::state_space::HinfNorm;
 
-/// The figures of the loop at a speed. A file has the least margins of [`Flown`], as null if they are infinite or the
-/// loop is unstable.
+/// Figures of the loop at a speed. A file has the least margins of [`Flown`], as null if they are infinite or the loop
+/// is unstable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtSpeed {
     /// Speed along the path, m/s.
     pub speed: f64,
     /// All figures of the sampled loop; `None` if it is unstable.
     pub flown: Option<Flown>,
-    /// The gain from w to z with the true linearisation, in continuous time.
+    /// Gain from w to z with the true linearisation, in continuous time.
     pub gain: HinfNorm,
     /// Bounds on the gain from w to z of the sampled loop, including between the ticks, for w that is held between
     /// ticks; `None` if not requested.
     pub sampled_gain: Option<SampledGain>,
     /// The same bounds for arbitrarily fast disturbances, which are aliased by sampling.
     pub aliased_gain: Option<SampledGain>,
-    /// The fastest mode of the controller, rad/s.
+    /// Fastest mode of the controller, rad/s.
     pub fastest_mode: f64,
 }
 
@@ -56,19 +56,19 @@ impl AtSpeed {
         })
     }
 
-    /// The least margin over all points at which the loop can be opened; NaN if the loop is unstable.
+    /// Returns the least margin over all points at which the loop can be opened; NaN if the loop is unstable.
     pub fn least(&self, of: impl Fn(&Margins) -> f64) -> f64 {
         self.flown.as_ref().map_or(f64::NAN, |f| f.margins().map(of).fold(f64::INFINITY, f64::min))
     }
 
-    /// The least delay \[s\] at one point or in all commands at once that makes the loop unstable.
+    /// Returns the least delay \[s\] at one point or in all commands at once that makes the loop unstable.
     pub fn delay(&self) -> f64 {
         let common = self.flown.as_ref().map_or(f64::NAN, |f| f.common_delay);
         self.least(|m| m.delay).min(common)
     }
 }
 
-/// The gain margin in decibels, the lesser of increase and decrease.
+/// Returns the gain margin in decibels, the lesser of increase and decrease.
 pub fn gain_margin(m: &Margins) -> f64 {
     20.0 * m.gain_up.min(1.0 / m.gain_down).log10()
 }

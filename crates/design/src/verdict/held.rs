@@ -1,4 +1,4 @@
-//! A load that the actuators cannot hold.
+//! Flights under a load that the actuators cannot hold.
 
 use crate::error::Error;
 use crate::inputs::Inputs;
@@ -12,53 +12,53 @@ use squid_flight::flight::{Disturbance, Flight, Row, Spell, Variations, fly_vari
 use squid_scheduled::{Autopilot, ControllerDesign, Manoeuvre, OverSpeed, Trim};
 use std::f64::consts::{PI, TAU};
 
-/// The load, relative to what the actuators hold.
+/// Load relative to the largest load that the actuators hold.
 pub const FACTOR: f64 = 1.2;
 
-/// The largest part of the load that is not held, relative to the righting moment of the hull: a hull that cannot right
-/// itself is turned over by anything that its actuators do not hold.
+/// Largest excess load relative to the righting moment of the hull: a hull without one is overturned by any excess.
 const RIGHTED: f64 = 0.5;
 
-/// Indices of moments in a load.
+/// Index of the pitching moment in a load.
 const M: usize = 4;
 
-/// A force, or moment about an arm of a metre, of this part of the weight is none.
+/// Fraction of the weight below which a force, or a moment about an arm of a metre, counts as zero.
 const NONE: f64 = 1e-9;
 
-/// How long the load takes to rise, and to fall: a step of a moment turns the hull before any command can, s.
+/// Time in which the load rises and falls, s: a step of the moment would turn the hull before any command could act.
 pub const RISE: f64 = 5.0;
 
-/// How long the load acts, s.
+/// Time during which the load acts, s.
 pub const HELD: f64 = 60.0;
 
-/// How long after its end, and after the time that the limit of the rate takes for the way back, the rest is judged, s.
+/// Time from the end of the load, in addition to the return time of a rate-limited reference, to the assessment of the
+/// remaining error, s.
 pub const AFTER: f64 = 40.0;
 
-/// The longest way back that is flown, s.
+/// Longest return time that is flown, s.
 const LONGEST: f64 = 600.0;
 
-/// How long it is watched then, s.
+/// Duration of that assessment, s.
 const WATCHED: f64 = 5.0;
 
-/// A flight under a load that its actuators cannot hold.
+/// Flight under a load that the actuators cannot hold.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Held {
-    /// The tracked output besides the speed.
+    /// Tracked output besides the speed.
     pub output: &'static str,
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// The moment, N m.
+    /// Moment of the load, N m.
     pub load: f64,
-    /// The largest loss of speed until it ends, relative to the speed that is asked, or half the range of speed if that
-    /// is more.
+    /// Largest loss of speed until the load ends, relative to the speed reference, or half the range of speed if that
+    /// is larger.
     pub lost_speed: f64,
-    /// The largest error of the output after the way back, without the error before the load, relative to the step of
-    /// the default flight.
+    /// Largest error of the output after the return, less the error before the load, relative to the step of the
+    /// default flight.
     pub left: f64,
 }
 
 impl Held {
-    /// The flights at a number of speeds, with loads either way; none without an output besides the speed.
+    /// Flies at a number of speeds, with loads in both directions; none without an output besides the speed.
     ///
     /// # Errors
     /// The errors of the flights.
@@ -92,8 +92,8 @@ impl Held {
             lost_speed: f64::INFINITY,
             left: f64::INFINITY,
         };
-        let back = Back::of(controller, output, trims, trims.forward_speed(speed));
-        let duration = STEP_TIME + HELD + RISE + AFTER + back.longest() + WATCHED;
+        let reference_return = ReferenceReturn::of(controller, output, trims, trims.forward_speed(speed));
+        let duration = STEP_TIME + HELD + RISE + AFTER + reference_return.longest() + WATCHED;
         let Some(flight) = fly(inputs, controller, (speed, duration), load)? else { return Ok(Some(lost)) };
         let rows = &flight.rows;
         let error = |row: &Row| {
@@ -102,15 +102,15 @@ impl Held {
         };
         let at = |time: f64| rows.iter().rfind(|row| row.time < time);
         let (Some(before), Some(end)) = (at(STEP_TIME), at(STEP_TIME + HELD)) else { return Ok(Some(lost)) };
-        let settled = STEP_TIME + HELD + RISE + AFTER + back.from(error(end));
+        let settled = STEP_TIME + HELD + RISE + AFTER + reference_return.from(error(end));
         let late = || rows.iter().filter(|row| row.time >= settled);
         if late().next().is_none() {
             return Ok(Some(lost));
         }
         let (_, half_range) = inputs.design.scheduling();
         let slower = |row: &Row| {
-            let asked = row.reference(SPEED);
-            (asked - row.measured(SPEED)) * asked.signum() / asked.abs().max(half_range)
+            let reference = row.reference(SPEED);
+            (reference - row.measured(SPEED)) * reference.signum() / reference.abs().max(half_range)
         };
         let step = Some(inputs.design.manoeuvre.step(output.signal.name).abs()).filter(|step| *step > 0.0);
         let left = late().map(|row| (error(row) - error(before)).abs()).fold(0.0, f64::max);
@@ -122,7 +122,8 @@ impl Held {
     }
 }
 
-/// A flight at a speed (m/s) and of a duration (s) under a load that acts for [`HELD`]; `None` if it was lost.
+/// Simulates a flight at a speed (m/s) and of a duration (s) under a load that acts for [`HELD`]; `None` if it was
+/// lost.
 ///
 /// # Errors
 /// The errors of the flight.
@@ -143,32 +144,32 @@ pub fn fly(
     let disturbance = Disturbance { load, ..Disturbance::default() };
     let spell = Spell { disturbance, from: STEP_TIME, to: STEP_TIME + HELD, rise: RISE };
     let variations = Variations { disturbance: Some(spell), ..Variations::default() };
-    // So deep that no climb reaches the surface.
+    // The depth is such that no climb reaches the surface.
     let depth = inputs.design.depth + 2.0 * speed.abs() * manoeuvre.duration;
     let level = (depth, &inputs.design.pitch);
     Ok(unless_lost(fly_varied(&inputs.vehicle, controller, level, &manoeuvre, &variations))?)
 }
 
-/// How fast a reference comes back: the limits of its rate, if it has any, SI per second.
-struct Back {
+/// Return of a reference: the limits of its rate, if it has any, SI per second.
+struct ReferenceReturn {
     rate: Option<[f64; 2]>,
     circular: bool,
 }
 
-impl Back {
+impl ReferenceReturn {
     fn of(controller: &ControllerDesign, output: &Tracked, trims: &Trim, forward: f64) -> Self {
         let limits = controller.envelope.get(output.signal.name).and_then(|limits| limits.rate.as_ref());
         let size = |end: &OverSpeed| trims.over(forward, end).abs();
         Self { rate: limits.map(|[least, most]| [size(least), size(most)]), circular: output.signal.circular }
     }
 
-    /// The time for an error, the reference less the measured value, s.
+    /// Return time for an error, the reference less the measured value, s.
     fn from(&self, error: f64) -> f64 {
         self.rate.map_or(0.0, |[down, up]| error.abs() / if error > 0.0 { up } else { down })
     }
 
-    /// The time for the largest error that is expected: half a turn, or as far as the reference moves while the load
-    /// acts; at most [`LONGEST`], where the reference hardly comes back.
+    /// Return time for the largest expected error: half a turn, or as far as the reference moves while the load acts;
+    /// at most [`LONGEST`], because a slower reference hardly returns.
     fn longest(&self) -> f64 {
         let Some([down, up]) = self.rate else { return 0.0 };
         let slower = down.min(up);
@@ -176,9 +177,10 @@ impl Back {
     }
 }
 
-/// The load for an axis at a forward speed (m/s), with its index: [`FACTOR`] times the largest moment that turns it
-/// which the actuators hold from trim at an unchanged force along the hull. Of a pitching moment at most half of the
-/// righting moment of the hull is not held; where the actuators have none, that is the load. `None` without either.
+/// Returns the load for an axis at a forward speed (m/s), with its index: [`FACTOR`] times the largest moment about the
+/// axis that the actuators hold from trim at an unchanged force along the hull. The excess of a pitching moment is at
+/// most half of the righting moment of the hull; it is the entire load if the actuators hold none. `None` if the load
+/// is zero.
 pub fn load(inputs: &Inputs, trims: &Trim, forward: f64, sign: f64) -> Option<(usize, Load)> {
     let axis = inputs.design.view().moment;
     let held = largest(inputs, trims, forward, (axis, -sign));
@@ -188,7 +190,7 @@ pub fn load(inputs: &Inputs, trims: &Trim, forward: f64, sign: f64) -> Option<(u
     (load[axis] != 0.0).then_some((axis, load))
 }
 
-/// What of the load is not held.
+/// Excess of the load over the moment that is held.
 fn beyond(inputs: &Inputs, axis: usize, held: f64) -> f64 {
     let squid_auv::Coefficients { weight, buoyancy, z_G, z_B, .. } = inputs.vehicle.coefficients;
     let righting = RIGHTED * (weight * z_G - buoyancy * z_B);
@@ -200,13 +202,13 @@ fn beyond(inputs: &Inputs, axis: usize, held: f64) -> f64 {
     }
 }
 
-/// The largest moment of a sign from trim, at an unchanged force along the hull, that the actuators give.
+/// Largest moment of a sign from trim, at an unchanged force along the hull, that the actuators can exert.
 fn largest(inputs: &Inputs, trims: &Trim, forward: f64, (axis, sign): (usize, f64)) -> f64 {
-    /// What an actuator adds along the hull and to the moment, per output, and its way from trim to its ends.
+    /// Axial force and moment of an actuator per output, and its travel from trim to its limits.
     struct Share {
-        along: f64,
-        turns: f64,
-        way: [f64; 2],
+        axial: f64,
+        moment: f64,
+        travel: [f64; 2],
     }
     let actuators = inputs.vehicle.actuators.iter().enumerate();
     let shares: Vec<Share> = actuators
@@ -215,33 +217,33 @@ fn largest(inputs: &Inputs, trims: &Trim, forward: f64, (axis, sign): (usize, f6
             let of = |output: f64| {
                 if axis == M { one.force(forward, output)[2] } else { one.lateral_force(forward, output)[2] }
             };
-            let turns = sign * (of(one.max) - of(one.min)) / (one.max - one.min);
-            Share { along: one.force_per_output()[0], turns, way: [one.min - trim, one.max - trim] }
+            let moment = sign * (of(one.max) - of(one.min)) / (one.max - one.min);
+            Share { axial: one.force_per_output()[0], moment, travel: [one.min - trim, one.max - trim] }
         })
         .collect();
     let best = |share: &Share| {
-        if share.turns > 0.0 {
-            share.way[1]
-        } else if share.turns < 0.0 {
-            share.way[0]
+        if share.moment > 0.0 {
+            share.travel[1]
+        } else if share.moment < 0.0 {
+            share.travel[0]
         } else {
             0.0
         }
     };
     let mut outputs: Vec<f64> = shares.iter().map(best).collect();
-    let mut along: f64 = shares.iter().zip(&outputs).map(|(share, output)| share.along * output).sum();
-    let mut total: f64 = shares.iter().zip(&outputs).map(|(share, output)| share.turns * output).sum();
-    // The force along the hull is brought back by those that lose the least for it.
-    let mut order: Vec<usize> = (0..shares.len()).filter(|one| shares[*one].along != 0.0).collect();
+    let mut axial: f64 = shares.iter().zip(&outputs).map(|(share, output)| share.axial * output).sum();
+    let mut total: f64 = shares.iter().zip(&outputs).map(|(share, output)| share.moment * output).sum();
+    // The actuators that lose the least moment for it restore the force along the hull.
+    let mut order: Vec<usize> = (0..shares.len()).filter(|one| shares[*one].axial != 0.0).collect();
     order.sort_by(|one, other| {
-        let price = |index: usize| (shares[index].turns / shares[index].along).abs();
-        price(*one).total_cmp(&price(*other))
+        let lost_moment = |index: usize| (shares[index].moment / shares[index].axial).abs();
+        lost_moment(*one).total_cmp(&lost_moment(*other))
     });
     for index in order {
-        let Share { along: per, turns, way } = &shares[index];
-        let next = (outputs[index] - along / *per).clamp(way[0], way[1]);
+        let Share { axial: per, moment, travel } = &shares[index];
+        let next = (outputs[index] - axial / *per).clamp(travel[0], travel[1]);
         let moved = next - outputs[index];
-        (along, total) = (along + *per * moved, total + *turns * moved);
+        (axial, total) = (axial + *per * moved, total + *moment * moved);
         outputs[index] = next;
     }
     total.max(0.0)

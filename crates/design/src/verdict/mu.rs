@@ -1,4 +1,4 @@
-//! mu for robust stability at one speed.
+//! Structured singular value mu for robust stability at one speed.
 
 use crate::error::{Error, UncertainError};
 use crate::inputs::Inputs;
@@ -8,22 +8,22 @@ use serde::Serialize;
 use squid_lpv::controller::Controller;
 use squid_lpv::mu::sweep::{FrequencyBound, bound_over_frequency};
 
-/// A bound on mu of the frozen loop in continuous time, over all frequencies, for the declared uncertainty.
+/// Bound on mu of the frozen loop in continuous time, over all frequencies, for the declared uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MuAtSpeed {
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// An upper bound on mu at every frequency; NaN if there is none.
+    /// Upper bound on mu at every frequency; NaN if there is none.
     pub upper: f64,
-    /// The frequency with the largest bound, rad/s.
+    /// Frequency with the largest bound, rad/s.
     pub frequency: f64,
-    /// Why there is no bound.
+    /// Reason why there is no bound.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Whether any uncertainty is declared.
+    /// `true` if any uncertainty is declared.
     #[serde(skip)]
     pub declared: bool,
-    /// The bound with its scalings.
+    /// Bound with its scalings.
     #[serde(skip)]
     pub bound: Option<FrequencyBound>,
 }
@@ -55,7 +55,7 @@ impl MuAtSpeed {
     }
 }
 
-/// The relative tolerance of the bounds: less than their printed digits show, for a third of the time.
+/// Relative tolerance of the bounds: below their printed digits, in a third of the time of a tighter one.
 const TOLERANCE: f64 = 5e-4;
 
 fn bounded(inputs: &Inputs, k: &Controller, speed: f64) -> Result<FrequencyBound, Error> {

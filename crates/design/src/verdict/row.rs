@@ -1,11 +1,11 @@
-//! A row of the verdict.
+//! Row of the verdict.
 
 use crate::inputs::design_file::Sense;
 use crate::numbers::decimals;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt::{self, Display, Formatter};
 
-/// Whether a figure meets its requirement.
+/// Result of comparing a figure with its requirement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
@@ -17,10 +17,10 @@ pub enum Outcome {
     Reported,
 }
 
-/// A figure and its condition; NaN if it is unknown.
+/// Figure and its condition; NaN if it is unknown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// The value in the unit of its row.
+    /// Value in the unit of its row.
     #[serde(deserialize_with = "or_unknown")]
     pub value: f64,
     /// Speed along the path, m/s.
@@ -29,23 +29,23 @@ pub struct Figure {
     /// Frequency, rad/s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frequency: Option<f64>,
-    /// A remark: the point in the loop, or a reason.
+    /// Remark: the point in the loop, or a reason.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remark: Option<String>,
 }
 
-/// A number, where null is NaN.
+/// Reads a number, where null is NaN.
 fn or_unknown<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
 impl Figure {
-    /// A figure without a condition.
+    /// Returns a figure without a condition.
     pub(crate) fn new(value: f64) -> Self {
         Self { value, speed: None, frequency: None, remark: None }
     }
 
-    /// A figure at a speed (m/s).
+    /// Returns a figure at a speed (m/s).
     pub(crate) fn at(value: f64, speed: f64) -> Self {
         Self { speed: Some(speed), ..Self::new(value) }
     }
@@ -55,7 +55,7 @@ impl Figure {
         Self { remark: Some(remark.into()), ..self }
     }
 
-    /// The worst of some figures; NaN is worse than any number.
+    /// Returns the worst of some figures; NaN is worse than any number.
     pub(crate) fn worst(sense: Sense, figures: impl IntoIterator<Item = Self>) -> Option<Self> {
         let badness = |v: f64| match sense {
             _ if v.is_nan() => f64::INFINITY,
@@ -67,48 +67,48 @@ impl Figure {
             .reduce(|worst, next| if badness(next.value) > badness(worst.value) { next } else { worst })
     }
 
-    /// The condition at which it was found, with the remark.
+    /// Describes the condition at which the figure was found, with the remark.
     pub fn place(&self) -> String {
-        let mut words = vec![];
-        words.extend(self.speed.map(|speed| format!("{speed:.2} m/s")));
-        words.extend(self.frequency.map(|omega| format!("{omega:.3} rad/s")));
-        words.extend(self.remark.clone());
-        words.join(", ")
+        let mut parts = vec![];
+        parts.extend(self.speed.map(|speed| format!("{speed:.2} m/s")));
+        parts.extend(self.frequency.map(|omega| format!("{omega:.3} rad/s")));
+        parts.extend(self.remark.clone());
+        parts.join(", ")
     }
 }
 
-/// A row of the table.
+/// Row of the table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// The key of `[require]` that has its limit.
+    /// Key of the limit in `[require]`.
     pub key: &'static str,
-    /// The assessed figure, in words.
+    /// Text of the assessed figure.
     pub what: String,
-    /// The unit of limit and figure.
+    /// Unit of limit and figure.
     pub unit: &'static str,
-    /// The required side of the limit.
+    /// Required side of the limit.
     pub sense: Sense,
-    /// The limit; `None` if there is no requirement.
+    /// Limit; `None` if there is no requirement.
     pub limit: Option<f64>,
-    /// The worst figure found.
+    /// Worst figure found.
     pub achieved: Figure,
-    /// Met or missed.
+    /// Outcome: met, missed or only reported.
     pub outcome: Outcome,
     /// Advice for a missed row, if it was searched for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub advice: Option<Advice>,
 }
 
-/// The part of a row in `design.json` that is read back.
+/// Part of a row in `design.json` that is read back.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct StoredRow {
-    /// The key of `[require]` that has its limit.
+    /// Key of the limit in `[require]`.
     pub key: String,
-    /// The assessed figure, in words.
+    /// Text of the assessed figure.
     pub what: String,
-    /// The worst figure found.
+    /// Worst figure found.
     pub achieved: Figure,
-    /// Met or missed.
+    /// Outcome: met, missed or only reported.
     pub outcome: Outcome,
     /// Advice for a missed row, if it was searched for.
     pub advice: Option<Advice>,
@@ -117,18 +117,18 @@ pub struct StoredRow {
 /// Advice on a change of the design file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Advice {
-    /// The change; `None` if no key improves the row.
+    /// Change of a key; `None` if no key improves the row.
     pub turn: Option<Turn>,
-    /// The advice in words, with its benefit and its cost.
+    /// Text of the advice, with its benefit and its cost.
     pub words: String,
 }
 
-/// A change of one key.
+/// Change of one key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Turn {
-    /// The name of the key, with the signal of its table.
+    /// Name of the key, with the signal of its table.
     pub key: String,
-    /// The factor on its number.
+    /// Factor on its number.
     pub factor: f64,
 }
 
@@ -145,8 +145,8 @@ impl Display for Outcome {
 /// Tolerance of rounding in a figure, in units of its last digit.
 const EXACT: f64 = 1e-6;
 
-/// A figure with a suitable number of digits, rounded to the worse side, so that a bound stays a bound and rounding
-/// meets no limit.
+/// Text of a figure with a suitable number of digits, rounded to the worse side, so that a bound remains a bound and
+/// rounding never makes a figure meet its limit.
 fn number(value: f64, sense: Sense) -> String {
     let digits = match value.abs() {
         _ if value.is_nan() => return "unknown".into(),
@@ -166,7 +166,7 @@ fn number(value: f64, sense: Sense) -> String {
 }
 
 impl Row {
-    /// The requirement with its unit; empty if there is none.
+    /// Returns the requirement with its unit; empty if there is none.
     pub fn required(&self) -> String {
         let side = if self.sense == Sense::Below { "<" } else { ">" };
         self.limit.map_or_else(String::new, |limit| {
@@ -174,7 +174,7 @@ impl Row {
         })
     }
 
-    /// The achieved figure with its unit.
+    /// Returns the achieved figure with its unit.
     pub fn found(&self) -> String {
         let value = self.achieved.value;
         if value == f64::INFINITY && self.unit == "s" && self.sense == Sense::Below {
@@ -190,7 +190,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn figures_are_rounded_to_the_side_that_is_worse() {
+    fn rounds_figures_to_worse_side() {
         let of = |sense, value| number(value, sense);
         let below = [0.544_487, 0.481, 1.88, 9.996, 100.4, -0.0004, 1e-12].map(|v| of(Sense::Below, v));
         assert_eq!(below, ["0.545", "0.481", "1.88", "10.0", "101", "0.000", "0.000"]);
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_does_not_settle_says_so() {
+    fn reports_unsettled_step() {
         let achieved = Figure::new(f64::INFINITY);
         let row = Row {
             key: "pitch_settling",

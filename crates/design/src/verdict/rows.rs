@@ -1,4 +1,4 @@
-//! The rows of the verdict, from its figures and the limits of the design.
+//! Rows of the verdict, from its figures and the limits of the design.
 
 use crate::check::flown::{Flown, GUST};
 use crate::check::margins::Margins;
@@ -19,7 +19,7 @@ use std::f64::consts::TAU;
 /// Conversion to per cent.
 const PER_CENT: f64 = 100.0;
 
-/// All rows, in the order of [`REQUIREMENTS`]. If nothing was found for one, the stored rows are used.
+/// Returns all rows, in the order of [`REQUIREMENTS`]. If nothing was found for one, the stored rows are used.
 pub(super) fn rows(inputs: &Inputs, gamma: f64, found: &Found, stored: &[StoredRow]) -> Vec<Row> {
     let row = |requirement: &'static Requirement| -> Vec<Row> {
         let mut assessed = figures_of(requirement.key, inputs, gamma, found);
@@ -47,7 +47,7 @@ fn row(requirement: &Requirement, require: &Require, what: String, achieved: Fig
     Row { key, what, unit, sense, limit, achieved, outcome, advice: None }
 }
 
-/// The figures for a requirement by description; the worst of each determines the row.
+/// Figures for a requirement by description; the worst of each determines the row.
 fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(String, Vec<Figure>)> {
     let one = |what: &str, figures: Vec<Figure>| vec![(what.to_owned(), figures)];
     match key {
@@ -74,7 +74,7 @@ fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(Str
         "delay_margin" => one("delay margin", delays(inputs, found)),
         "mu" => one("mu of the declared uncertainty", mu(found)),
         "gust" => gust(inputs, found),
-        // A design that does not follow the speed does not promise to hold it.
+        // A design that does not follow the speed does not claim to hold it.
         "beyond_speed" if inputs.design.tracked_speed().is_none() => vec![],
         "beyond_speed" => beyond(found, "largest loss of speed", |b| b.lost_speed),
         "beyond_recovery" => {
@@ -97,7 +97,7 @@ fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(Str
     }
 }
 
-/// The proved, or else the computed bound, with the condition at which the frozen loop comes closest to it.
+/// Proved or computed bound, with the condition at which the frozen loop comes closest to it.
 fn nearest(bound: f64, found: &Found) -> Figure {
     let most = found.frozen.iter().max_by(|a, b| a.gain.value.total_cmp(&b.gain.value));
     Figure {
@@ -107,16 +107,16 @@ fn nearest(bound: f64, found: &Found) -> Figure {
     }
 }
 
-/// The upper bounds, each with the gain in continuous time.
+/// Upper bounds, each with the gain in continuous time.
 fn sampled_gains(found: &Found) -> Vec<Figure> {
     let figure = |at: &AtSpeed| {
-        let words = format!("in continuous time {:.3}", at.gain.value);
-        Some(Figure::at(at.sampled_gain?.upper, at.speed).with_remark(words))
+        let remark = format!("in continuous time {:.3}", at.gain.value);
+        Some(Figure::at(at.sampled_gain?.upper, at.speed).with_remark(remark))
     };
     found.frozen.iter().filter_map(figure).collect()
 }
 
-/// A figure of the steps of each output, or of one output.
+/// Figure of the steps of each output, or of one output.
 fn steps(
     inputs: &Inputs,
     only: Option<&str>,
@@ -141,7 +141,7 @@ fn steady_errors(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
     inputs.design.tracked.iter().map(|t| t.signal.name).enumerate().map(row).collect()
 }
 
-/// A figure of each frozen loop.
+/// Figure of each frozen loop.
 fn frozen(found: &Found, of: impl Fn(&Flown) -> f64) -> Vec<Figure> {
     found.frozen.iter().map(|f| Figure::at(f.flown.as_ref().map_or(f64::NAN, &of), f.speed)).collect()
 }
@@ -160,7 +160,7 @@ fn uses(found: &Found) -> Vec<(String, Vec<Figure>)> {
     found.flight.uses.iter().map(row).collect()
 }
 
-/// The unsaturated rates of actuators relative to their rate limits: above 100 % the rate is saturated.
+/// Unsaturated rates of actuators relative to their rate limits: above 100 % the rate is saturated.
 fn rates(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
     let row = |(used, a): (&Use, &squid_auv::Actuator)| {
         let ((rate, limit), (factor, unit)) = (used.rate.zip(a.rate)?, readable(a.unit()));
@@ -179,24 +179,24 @@ fn rates(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
     found.flight.uses.iter().zip(&inputs.vehicle.actuators).filter_map(row).collect()
 }
 
-/// The names of the points at which the loop can be opened: the measurements, or the errors, and the commands.
-fn places(inputs: &Inputs) -> Vec<String> {
+/// Names of the points at which the loop can be opened: the measurements, or the errors, and the commands.
+fn opening_points(inputs: &Inputs) -> Vec<String> {
     let commands = inputs.vehicle.actuators.iter().map(|a| a.name.clone());
     inputs.design.fed_back().into_iter().map(|(signal, _)| signal.name.to_owned()).chain(commands).collect()
 }
 
-/// A margin at each point and speed.
+/// Margin at each point and speed.
 fn margins(inputs: &Inputs, found: &Found, of: impl Fn(&Margins) -> f64) -> Vec<Figure> {
-    let places = places(inputs);
+    let opening_points = opening_points(inputs);
     let mut all = vec![];
     for at in &found.frozen {
         match &at.flown {
             None => all.push(Figure::at(f64::NAN, at.speed).with_remark("unstable")),
             Some(flown) => all.extend(
-                places
+                opening_points
                     .iter()
                     .zip(flown.margins())
-                    .map(|(place, m)| Figure::at(of(m), at.speed).with_remark(format!("opened at {place}"))),
+                    .map(|(point, m)| Figure::at(of(m), at.speed).with_remark(format!("opened at {point}"))),
             ),
         }
     }
@@ -217,7 +217,7 @@ fn mu(found: &Found) -> Vec<Figure> {
         frequency: Some(m.frequency).filter(|omega| omega.is_finite()),
         remark: m.reason.clone(),
     };
-    // Without declared uncertainty there is no row.
+    // There is no row without declared uncertainty.
     found.mu.iter().filter(|m| m.declared).map(figure).collect()
 }
 
@@ -230,7 +230,7 @@ fn gust(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
     vec![(what, frozen(found, |f| f.gust.to_degrees()))]
 }
 
-/// A figure of the flights with a pitch reference beyond the envelope.
+/// Figure of the flights with a pitch reference beyond the envelope.
 fn beyond(found: &Found, what: &str, of: impl Fn(&Beyond) -> f64) -> Vec<(String, Vec<Figure>)> {
     let figure = |flown: &Beyond| {
         let remark = format!(
@@ -243,7 +243,7 @@ fn beyond(found: &Found, what: &str, of: impl Fn(&Beyond) -> f64) -> Vec<(String
     vec![(format!("beyond the envelope: {what}"), found.beyond.iter().map(figure).collect())]
 }
 
-/// A figure of the flights under loads that the actuators cannot hold.
+/// Figure of the flights under loads that the actuators cannot hold.
 fn held(found: &Found, what: &str, of: impl Fn(&Held) -> f64) -> Vec<(String, Vec<Figure>)> {
     let figure = |flown: &Held| {
         let remark = format!("{} N m for {HELD:.0} s", rounded(flown.load));
@@ -252,7 +252,7 @@ fn held(found: &Found, what: &str, of: impl Fn(&Held) -> f64) -> Vec<(String, Ve
     vec![(format!("held beyond the actuators: {what}"), found.held.iter().map(figure).collect())]
 }
 
-/// A figure of the steps at corners of the declared uncertainty; without any there is no row.
+/// Figure of the steps at corners of the declared uncertainty; without any there is no row.
 fn corners(found: &Found, what: &str, of: impl Fn(&Corners) -> f64) -> Vec<(String, Vec<Figure>)> {
     let figure = |at: &Corners| {
         let remark = match at.untrimmed {

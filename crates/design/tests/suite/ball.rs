@@ -1,4 +1,4 @@
-//! The ball around the fit and the fit of the slope of the trim.
+//! Ball around the fit, and fit of the slope of the trim.
 
 use crate::designs::{Made, committed, inputs, made};
 use squid_certificate::ModelError;
@@ -15,16 +15,16 @@ use squid_lpv::polynomial::MatrixPolynomial;
 use squid_proof::claim::parse;
 use squid_proof::same_plant::NEAREST_POLE;
 
-/// `[A B1 B2]` at rho.
-fn moved(plant: &GeneralisedPlant, rho: f64) -> Mat {
+/// Matrix `[A B1 B2]` at rho.
+fn matrices_at(plant: &GeneralisedPlant, rho: f64) -> Mat {
     let parts = plant.frozen(&[rho]).unwrap().parts;
     block(&[&[&parts.block(X, X), &parts.block(X, W), &parts.block(X, U)]])
 }
 
-/// At speeds between the samples of the ball, the plant of the true linearisation and trim, with waves if the design
-/// has them, is in the ball, and the gain of its loop is below the bound for the ball.
+/// The plant of the true linearisation and trim, with waves if the design has them, is in the ball at speeds between
+/// its samples, and the gain of its loop is below the bound for the ball.
 #[test]
-fn the_ball_holds_the_plants_of_the_vehicle() {
+fn ball_contains_plants_of_vehicle() {
     let at_sea = Made::at_sea("remus100");
     for (name, made) in
         [("squid", made("squid")), ("remus100", made("remus100")), ("remus100 at sea", &at_sea)]
@@ -34,19 +34,22 @@ fn the_ball_holds_the_plants_of_the_vehicle() {
         let (ball, bound) = (certificate.model_error().unwrap(), certificate.robust_gain().unwrap().gamma);
         let (n, w, u) = (ball.f[0].len(), ball.fw[0].len(), ball.fu[0].len());
         let e = from_rows(&ball.e, ball.e[0].len()).unwrap();
-        let seen =
+        let input_map =
             [(&ball.f, n), (&ball.fw, w), (&ball.fu, u)].map(|(rows, size)| from_rows(rows, size).unwrap());
-        let seen = block(&[&[&seen[0], &seen[1], &seen[2]]]);
-        let (left, right) = (pseudo_inverse(&e, 1e-13), pseudo_inverse(&seen, 1e-13));
+        let input_map = block(&[&[&input_map[0], &input_map[1], &input_map[2]]]);
+        let (left, right) = (pseudo_inverse(&e, 1e-13), pseudo_inverse(&input_map, 1e-13));
         let mut farthest: f64 = 0.0;
         for speed in inputs.design.spread(38) {
             let actuators = &inputs.vehicle.actuators;
             let truth = LinearModel::at(&inputs.axis().linearise(speed).unwrap(), &inputs.design);
             let truth = augment(actuators, &inputs.design, truth).unwrap();
             let rho = inputs.design.rho(speed);
-            let missed = moved(&truth, rho) - moved(plant, rho);
-            let delta = &left * &missed * &right;
-            assert!((&e * &delta * &seen - &missed).amax() < 1e-9 * missed.amax(), "{name} at {speed} m/s");
+            let residual = matrices_at(&truth, rho) - matrices_at(plant, rho);
+            let delta = &left * &residual * &right;
+            assert!(
+                (&e * &delta * &input_map - &residual).amax() < 1e-9 * residual.amax(),
+                "{name} at {speed} m/s"
+            );
             farthest = farthest.max(largest_singular_value(&delta));
             let controller = frozen_controller(&design.controller, rho).unwrap();
             let gain = truth.close(&controller).frozen(&[]).unwrap().hinf_norm().value;
@@ -56,19 +59,19 @@ fn the_ball_holds_the_plants_of_the_vehicle() {
     }
 }
 
-/// A ball without its part for the slope, or slightly too small, does not contain the vehicle.
+/// The vehicle is not in a ball without the part for the slope, or in one that is slightly too small.
 #[test]
-fn a_ball_without_the_slope_is_refused() {
+fn rejects_ball_without_slope() {
     let (inputs, stored) = committed();
     let (vehicle, file) = (&inputs.axis(), &inputs.design);
     let model = Model::new(vehicle, file).unwrap();
     let certificate = parse(&stored.certificate.unwrap(), "certificate.json").unwrap();
     let (ball, held) = (certificate.model_error().unwrap().clone(), certificate.limits().unwrap().delta_rows);
     assert_eq!(held, Some(file.states.len()));
-    let missed = fit_residual(vehicle, file, &model).unwrap();
-    missed.check(&ball, held).unwrap();
-    assert!(missed.check(&ball, Some(2)).is_err(), "[A B] has more rows than two");
-    let refusal = |ball: &ModelError| missed.check(ball, held).unwrap_err().to_string();
+    let residual = fit_residual(vehicle, file, &model).unwrap();
+    residual.check(&ball, held).unwrap();
+    assert!(residual.check(&ball, Some(2)).is_err(), "[A B] has more rows than two");
+    let refusal = |ball: &ModelError| residual.check(ball, held).unwrap_err().to_string();
     let mut smaller = ball.clone();
     smaller
         .fw
@@ -88,10 +91,10 @@ fn a_ball_without_the_slope_is_refused() {
     assert!(refusal(&flat).contains("do not form a ball"), "{}", refusal(&flat));
 }
 
-/// Over other ranges and orders, down to rest: no pole near the range, at most as many channels as the order, and no
-/// larger error in the slopes than the polynomial.
+/// Fits over other ranges and orders, down to rest, have no pole near the range, at most as many channels as the order,
+/// and no larger error in the slopes than the polynomial.
 #[test]
-fn the_fit_of_the_slope_keeps_its_poles_away() {
+fn slope_fit_has_no_pole_near_range() {
     let mut rational = 0;
     for (name, from, to) in
         [("squid", 0.5, 3.0), ("squid", 0.2, 3.0), ("sparus2", 0.1, 0.38), ("bluerov2_heavy", 0.0, 0.5)]
@@ -111,16 +114,16 @@ fn the_fit_of_the_slope_keeps_its_poles_away() {
             let polynomial = MatrixPolynomial::fit(&samples(design.speeds), order).unwrap();
             let reach =
                 |i: usize| i.checked_sub(design.states.len()).map_or(1.0, |j| vehicle.actuators[j].reach());
-            let off = |of: &dyn Fn(f64) -> Mat| {
+            let error = |of: &dyn Fn(f64) -> Mat| {
                 let far = |(rho, m): &(f64, Mat)| {
-                    let off = of(*rho) - m;
-                    off.iter().enumerate().map(|(i, v)| (v / reach(i)).powi(2)).sum::<f64>().sqrt()
+                    let error = of(*rho) - m;
+                    error.iter().enumerate().map(|(i, v)| (v / reach(i)).powi(2)).sum::<f64>().sqrt()
                 };
                 samples(TRIM_ROWS).iter().map(far).fold(0.0, f64::max)
             };
-            let found = off(&|rho| model.trim_slope.evaluate(&[rho]).unwrap());
-            let before = off(&|rho| polynomial.evaluate(rho));
-            // The truncation of the LFT may increase its error.
+            let found = error(&|rho| model.trim_slope.evaluate(&[rho]).unwrap());
+            let before = error(&|rho| polynomial.evaluate(rho));
+            // Truncation of the LFT may increase its error.
             assert!(
                 found <= 1.1 * before + 1e-9,
                 "{name} from {from} m/s, order {order}: {found} against {before}"

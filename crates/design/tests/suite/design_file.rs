@@ -1,4 +1,4 @@
-//! The design file: every mistake is reported with its line, its key, what was found and what is allowed.
+//! Design file: every mistake is reported with its line, its key, the value found and the allowed ones.
 
 use squid_auv::Pitch;
 use squid_design::inputs::Inputs;
@@ -10,7 +10,7 @@ fn squid() -> String {
     squid_base::files::read(&path).unwrap()
 }
 
-/// A text of the file, where `*` is any number, because the numbers of a tuned design change.
+/// Text of the file, where `*` is any number, because the numbers of a tuned design change.
 fn present(file: &str, sought: &str) -> String {
     let Some((start, end)) = sought.split_once('*') else { return sought.into() };
     let (_, rest) = file.split_once(&format!("\n{start}")).expect(sought);
@@ -18,8 +18,8 @@ fn present(file: &str, sought: &str) -> String {
     format!("{start}{number}{end}")
 }
 
-/// The message for the design of Squid with texts replaced, and the lines of the replacements.
-fn refused(edits: &[(&str, &str)]) -> (Vec<String>, Vec<usize>) {
+/// Returns the message for the design of Squid with texts replaced, and the lines of the replacements.
+fn mistakes_after(edits: &[(&str, &str)]) -> (Vec<String>, Vec<usize>) {
     let (original, mut text) = (squid(), squid());
     let mut lines = Vec::new();
     for (old, new) in edits {
@@ -28,20 +28,20 @@ fn refused(edits: &[(&str, &str)]) -> (Vec<String>, Vec<usize>) {
         lines.push(before.matches('\n').count() + 1);
         text = text.replacen(old, new, 1);
     }
-    let words = DesignFile::parse(&text, "design.toml", "design").unwrap_err().to_string();
-    (words.lines().map(str::to_owned).collect(), lines)
+    let message = DesignFile::parse(&text, "design.toml", "design").unwrap_err().to_string();
+    (message.lines().map(str::to_owned).collect(), lines)
 }
 
 /// Asserts that one replaced text gives one mistake, on its line or a given number of lines below.
-fn assert_refused(old: &str, new: &str, below: usize, words: &str) {
-    let (found, lines) = refused(&[(old, new)]);
+fn assert_mistake(old: &str, new: &str, below: usize, expected: &str) {
+    let (found, lines) = mistakes_after(&[(old, new)]);
     assert_eq!(found.len(), 1, "{found:?}");
-    assert!(found[0].starts_with(&format!("design.toml:{}: {words}", lines[0] + below)), "{found:?}");
+    assert!(found[0].starts_with(&format!("design.toml:{}: {expected}", lines[0] + below)), "{found:?}");
 }
 
 #[test]
-fn wrong_types_are_reported_in_one_sentence() {
-    for (old, new, words) in [
+fn reports_wrong_types_in_one_sentence() {
+    for (old, new, expected) in [
         (
             "speeds = 26",
             "speeds = 26.5",
@@ -94,13 +94,13 @@ fn wrong_types_are_reported_in_one_sentence() {
         ("depth = 50.0", "depth = 1e300", "'model.depth' is 1e300; it must be at most 1e18 in size"),
         ("depth = 50.0", "depth = 50.0\ndepth = 50.0", "'depth' stands here a second time"),
     ] {
-        assert_refused(old, new, usize::from(new.contains("\ndepth") || new.contains("\nrate")), words);
+        assert_mistake(old, new, usize::from(new.contains("\ndepth") || new.contains("\nrate")), expected);
     }
 }
 
 #[test]
-fn what_is_measured_is_checked() {
-    for (old, new, words) in [
+fn checks_measurements() {
+    for (old, new, expected) in [
         (
             "signal = \"pitch_rate\"",
             "signal = \"pitchrate\"",
@@ -120,29 +120,29 @@ fn what_is_measured_is_checked() {
         ),
         ("sample_time = 0.02", "delay = 0.22\nsample_time = 0.02", "'autopilot.delay' is 0.22; it must be"),
     ] {
-        assert_refused(old, new, 0, words);
+        assert_mistake(old, new, 0, expected);
     }
-    let (half, _) = refused(&[("corner = *", "")]);
+    let (half, _) = mistakes_after(&[("corner = *", "")]);
     assert!(half[0].contains("missing key 'track.corner'"), "{half:?}");
-    let (half, _) = refused(&[("follow = *", "")]);
+    let (half, _) = mistakes_after(&[("follow = *", "")]);
     assert!(half[0].contains("missing key 'track.follow'"), "{half:?}");
-    let (missing, _) = refused(&[("frequency = 1.2\n", "")]);
+    let (missing, _) = mistakes_after(&[("frequency = 1.2\n", "")]);
     assert!(missing[0].contains("missing key 'track.frequency'"), "{missing:?}");
-    let (second_order, _) = refused(&[("frequency = 1.2\n", "frequency = 1.2\ndamping = 0.7\n")]);
+    let (second_order, _) = mistakes_after(&[("frequency = 1.2\n", "frequency = 1.2\ndamping = 0.7\n")]);
     assert!(second_order[0].contains("left out for the speed"), "{second_order:?}");
-    // Without [[measure]] the controller measures the errors, and there are no reference models.
+    // The controller measures the errors if there is no [[measure]], and then has no reference models.
     let text = squid();
     let (start, rest) = text.split_once("[[measure]]").unwrap();
     let (_, end) = rest.split_once("[control]").unwrap();
     let errors = format!("{start}[control]{end}");
-    let words = DesignFile::parse(&errors, "design.toml", "design").unwrap_err().to_string();
-    assert!(words.contains("unknown key 'track.frequency'"), "{words}");
+    let message = DesignFile::parse(&errors, "design.toml", "design").unwrap_err().to_string();
+    assert!(message.contains("unknown key 'track.frequency'"), "{message}");
 }
 
-/// One line per mistake, in the order of the file; a misspelt key is not reported as missing as well.
+/// Each mistake has one line, in the order of the file; a misspelt key is not reported as missing as well.
 #[test]
-fn all_mistakes_are_reported_at_once() {
-    let (found, lines) = refused(&[
+fn reports_all_mistakes_at_once() {
+    let (found, lines) = mistakes_after(&[
         ("sample_time =", "sampletime ="),
         ("speed_min =", "speedmin ="),
         ("peak = *", "peak = \"two\""),
@@ -152,14 +152,14 @@ fn all_mistakes_are_reported_at_once() {
     let mut lines = lines;
     lines.sort_unstable();
     assert_eq!(found.len(), lines.len(), "{found:?}");
-    for (words, line) in found.iter().zip(lines) {
-        assert!(words.starts_with(&format!("design.toml:{line}: ")), "{words}");
+    for (expected, line) in found.iter().zip(lines) {
+        assert!(expected.starts_with(&format!("design.toml:{line}: ")), "{expected}");
     }
     assert!(found[0].contains("unknown key 'model.speedmin' (did you mean 'speed_min'?)"), "{found:?}");
 }
 
 #[test]
-fn the_pitch_of_a_trim_is_a_word_or_an_angle() {
+fn trim_pitch_is_keyword_or_angle() {
     let with = |lines: &str| squid().replacen("\n[control]", &format!("\n[trim]\n{lines}\n[control]"), 1);
     let read = |lines: &str| DesignFile::parse(&with(lines), "design.toml", "design");
     let line = squid().split_once("\n[control]").unwrap().0.matches('\n').count() + 3;
@@ -171,7 +171,7 @@ fn the_pitch_of_a_trim_is_a_word_or_an_angle() {
     ] {
         assert_eq!(read(lines).unwrap().pitch_asked, Some(pitch), "{lines}");
     }
-    for (lines, words) in [
+    for (lines, expected) in [
         (
             "pitch = \"lvel\"",
             "'trim.pitch' is \"lvel\" (did you mean \"level\"?); it must be \"level\" or \"free\"",
@@ -191,7 +191,7 @@ fn the_pitch_of_a_trim_is_a_word_or_an_angle() {
         ("pitch = { angle = 2.0, unit = \"deg\", x = 1 }", "unknown key 'trim.pitch.x'"),
     ] {
         let message = read(lines).unwrap_err().to_string();
-        assert!(message.starts_with(&format!("design.toml:{line}: {words}")), "{message}");
+        assert!(message.starts_with(&format!("design.toml:{line}: {expected}")), "{message}");
     }
     let message = read("angle = 2.0").unwrap_err().to_string();
     assert!(
@@ -201,8 +201,8 @@ fn the_pitch_of_a_trim_is_a_word_or_an_angle() {
 }
 
 #[test]
-fn a_manoeuvre_stays_within_the_design() {
-    for (old, new, words) in [
+fn manoeuvre_is_within_design_limits() {
+    for (old, new, expected) in [
         (
             "speed_to = 2.9",
             "speed_to = 3.1",
@@ -229,26 +229,26 @@ fn a_manoeuvre_stays_within_the_design() {
             "'manoeuvre.duration' is 20001; it must be above 0 and at most 20000 (s)",
         ),
     ] {
-        assert_refused(old, new, 0, words);
+        assert_mistake(old, new, 0, expected);
     }
-    let whole = squid().replacen("speed_to = 2.9", "speed_to = 3", 1).replacen(
+    let at_the_limits = squid().replacen("speed_to = 2.9", "speed_to = 3", 1).replacen(
         "pitch_step = 10.0",
         "pitch_step = -10",
         1,
     );
-    let design = DesignFile::parse(&whole, "design.toml", "design").unwrap();
+    let design = DesignFile::parse(&at_the_limits, "design.toml", "design").unwrap();
     assert_eq!((design.manoeuvre.speed_to, design.manoeuvre.step("pitch")), (3.0, -10f64.to_radians()));
 }
 
-/// Waves that break, that carry the vehicle along, or with a hull without dimensions.
+/// Waves that break, that carry the vehicle along, or that act on a hull without dimensions.
 #[test]
-fn seas_that_cannot_be_are_refused() {
+fn rejects_impossible_seas() {
     let sea = |keys: &str| {
-        let words = "[sea]\ndepth = 2.0\nspectrum = \"jonswap\"\ngamma = 3.3\n";
-        squid().replace("\n[synthesis]\n", &format!("\n{words}{keys}\n[synthesis]\n"))
+        let section = "[sea]\ndepth = 2.0\nspectrum = \"jonswap\"\ngamma = 3.3\n";
+        squid().replace("\n[synthesis]\n", &format!("\n{section}{keys}\n[synthesis]\n"))
     };
     let parsed = |text: &str| DesignFile::parse(text, "design.toml", "design");
-    for (keys, words) in [
+    for (keys, expected) in [
         ("height = 2.0\nperiod = 3.0\nheading = 180.0", "'sea.period' is 3 s; it must be at least 4.38 s"),
         (
             "height = 0.2\nperiod = 3.0\nheading = 0.0",
@@ -264,7 +264,7 @@ fn seas_that_cannot_be_are_refused() {
         ),
     ] {
         let found = parsed(&sea(keys)).unwrap_err().to_string();
-        assert!(found.starts_with("design.toml:") && found.contains(words), "{found}");
+        assert!(found.starts_with("design.toml:") && found.contains(expected), "{found}");
         assert_eq!(found.lines().count(), 1, "{found}");
     }
     let sound = sea("height = 0.2\nperiod = 3.0\nheading = 180.0");
@@ -280,7 +280,7 @@ fn seas_that_cannot_be_are_refused() {
 }
 
 #[test]
-fn a_relative_weight_is_that_of_an_actuator_of_the_vehicle() {
+fn relative_weight_names_actuator_of_vehicle() {
     let vehicle = squid_base::files::read(
         &Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml"),
     )
@@ -300,10 +300,10 @@ fn a_relative_weight_is_that_of_an_actuator_of_the_vehicle() {
     assert_eq!(found, expected);
 }
 
-/// A mistake in an axis is on its line there, one that is missing on that of its `[[axis]]`; one outside of them is
-/// reported once. An axis has what stands outside, and knows its place and name.
+/// A mistake in an axis is reported on its line, a missing key on that of its `[[axis]]`, and a mistake outside of them
+/// once. An axis has the keys outside of the axes, its index and its name.
 #[test]
-fn axes_are_read_with_what_stands_outside() {
+fn axes_share_keys_outside_them() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100/design.toml");
     let text = squid_base::files::read(&path).unwrap();
     let read = |text: &str| DesignFile::parse_each(text, "design.toml", "mine");
@@ -320,7 +320,7 @@ fn axes_are_read_with_what_stands_outside() {
 
     let line = |sought: &str| text[..text.rfind(sought).unwrap()].matches('\n').count() + 1;
     let heading = line("[[axis]]\n");
-    for (old, new, at, said) in [
+    for (old, new, at, expected) in [
         ("[axis.synthesis]\nback_off = 0.04\n", "", heading, "missing key 'synthesis': back_off"),
         ("back_off = 0.04", "back_off = 4.0", line("back_off = 0.04"), "'synthesis.back_off' is 4; it must"),
         ("order = 2", "order = 7", line("order = 2"), "'model.order' is the number 7; it must be"),
@@ -332,7 +332,10 @@ fn axes_are_read_with_what_stands_outside() {
         ),
     ] {
         let found = read(&text.replace(old, new)).unwrap_err().to_string();
-        assert!(found.starts_with(&format!("design.toml:{at}: {said}")) && !found.contains('\n'), "{found}");
+        assert!(
+            found.starts_with(&format!("design.toml:{at}: {expected}")) && !found.contains('\n'),
+            "{found}"
+        );
     }
     let alone = DesignFile::parse(&text, "design.toml", "mine").unwrap_err().to_string();
     assert!(alone.starts_with(&format!("design.toml:{heading}: 'axis' is a second one")), "{alone}");

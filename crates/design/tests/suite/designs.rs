@@ -1,4 +1,4 @@
-//! The designs of the shipped vehicles, each computed once.
+//! Designs of the shipped vehicles, each computed once.
 
 use squid_base::progress::Progress;
 use squid_design::augment::augment;
@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Mutex, OnceLock};
 
-/// A design up to its controller, with its inputs.
+/// Design up to its controller, with its inputs.
 pub struct Made {
     pub inputs: Inputs,
     pub model: Model,
@@ -34,14 +34,14 @@ impl Made {
         Self { inputs, model, plant, design }
     }
 
-    /// The default design of a vehicle with a delay of its commands (s).
-    pub fn late(name: &str, delay: f64) -> Self {
+    /// Computes the default design of a vehicle with a delay of its commands (s).
+    pub fn with_delay(name: &str, delay: f64) -> Self {
         let mut inputs = inputs(name);
         inputs.design.delay = delay;
         Self::of(inputs)
     }
 
-    /// The default design without delay, in waves of 1 m at a depth of one metre, with weight 5.
+    /// Computes the default design without delay, in waves of 1 m at a depth of one metre, with weight 5.
     pub fn at_sea(name: &str) -> Self {
         let spectrum = Spectrum::jonswap(1.0, 6.0, 3.3).unwrap();
         let waves = WaveParameters { spectrum, heading: std::f64::consts::PI, components: Waves::USUAL };
@@ -56,20 +56,20 @@ impl Made {
     }
 }
 
-/// The input files of a vehicle with a design of pitch.
+/// Reads the input files of a vehicle with a design of pitch.
 pub fn inputs(name: &str) -> Inputs {
     let pitch =
         Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles")).join(name).join("pitch.toml");
     read(name, if pitch.exists() { "pitch" } else { "design" })
 }
 
-/// The input files of one of its designs.
+/// Reads the input files of one of its designs.
 pub fn read(name: &str, design: &str) -> Inputs {
     let vehicles = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles"));
     Inputs::read(&vehicles.join(name), design).unwrap()
 }
 
-/// The input files of an axis of a vehicle: of its default design, or of `heading.toml`.
+/// Reads the input files of an axis of a vehicle: of its default design, or of `heading.toml`.
 pub fn read_axis(name: &str, axis: &str) -> Inputs {
     let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles")).join(name);
     let all = ["design", "heading"].into_iter().filter(|name| vehicle.join(format!("{name}.toml")).exists());
@@ -77,7 +77,7 @@ pub fn read_axis(name: &str, axis: &str) -> Inputs {
     all.find(|inputs| inputs.design.steered() == axis).unwrap()
 }
 
-/// The committed design of Squid.
+/// Loads the committed design of Squid.
 pub fn committed() -> (Inputs, Stored) {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid/frozen"));
     let inputs = inputs("squid");
@@ -85,7 +85,7 @@ pub fn committed() -> (Inputs, Stored) {
     (inputs, stored)
 }
 
-/// The default design of a vehicle, computed at first use.
+/// Returns the default design of a vehicle, computed at first use.
 pub fn made(name: &'static str) -> &'static Made {
     static MADE: Mutex<BTreeMap<&str, &OnceLock<Made>>> = Mutex::new(BTreeMap::new());
     let cell: &'static OnceLock<Made> =

@@ -1,11 +1,11 @@
-//! The ends of the envelope, and what they are limited by.
+//! Ends of the envelope, and their limits.
 
 use crate::designs::inputs;
 
-/// REMUS 100 climbs less steeply than 30 deg where it is slow, because its planes hold the weight of its bow. A path of
-/// at most 10 deg is steep enough for any speed.
+/// REMUS 100 climbs less steeply than 30 deg at low speed, because its planes hold the weight of its bow. A path of at
+/// most 10 deg is possible at the highest speed.
 #[test]
-fn each_end_says_what_limits_it() {
+fn each_end_names_its_limit() {
     let mut inputs = inputs("remus100");
     let speeds = [inputs.design.speed_min, inputs.design.speed_max];
     let [slow, fast]: [_; 2] = inputs.axis().ends(&speeds, false).unwrap().try_into().unwrap();

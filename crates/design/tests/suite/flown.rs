@@ -14,7 +14,7 @@ use squid_lpv::controller::Controller;
 use squid_lpv::state_space::StateSpace;
 use squid_scheduled::Manoeuvre;
 
-/// The loops at five speeds, and the largest rms of each command under noise relative to the allowed one: 4 N, 0.5 deg.
+/// Loops at five speeds, and the largest rms of each command under noise relative to the allowed one: 4 N, 0.5 deg.
 fn loops(inputs: &Inputs, controller: &Controller) -> (Vec<Flown>, f64) {
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
@@ -30,16 +30,16 @@ fn loops(inputs: &Inputs, controller: &Controller) -> (Vec<Flown>, f64) {
     (loops, noise)
 }
 
-/// The worst of all loops.
+/// Worst value of all loops.
 fn most(loops: &[Flown], of: impl Fn(&Flown) -> f64) -> f64 {
     loops.iter().map(of).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Each vehicle: delay margin at least 0.15 s, phase and disk margins at least 45 and 35 deg (REMUS 100: 40 and 30),
-/// speed steps with at most 5 % overshoot (8 %), steady errors of at most 0.05 %, at most 4 deg of pitch after a gust
-/// (REMUS 100: 5, Tethys, which is slow: 9).
+/// Every vehicle has a delay margin of at least 0.15 s, phase and disk margins of at least 45 and 35 deg (REMUS 100: 40
+/// and 30), speed steps with at most 5 % overshoot (8 %), steady errors of at most 0.05 %, and at most 4 deg of pitch
+/// after a gust (REMUS 100: 5, Tethys, which is slow: 9).
 #[test]
-fn the_default_designs_fly_as_they_should() {
+fn default_designs_meet_flight_requirements() {
     for (name, phase, disk, overshoot, gust) in [
         ("squid", 45.0, 35.0, 0.05, 4.0),
         ("remus100", 40.0, 30.0, 0.08, 5.0),
@@ -63,9 +63,10 @@ fn the_default_designs_fly_as_they_should() {
     }
 }
 
-/// A box with vertical thrusters, from rest: level, proved, and flown from 0 to 0.45 m/s with a pitch step on the way.
+/// A box-shaped vehicle with vertical thrusters is level, proved, and flown from 0 to 0.45 m/s with a pitch step on the
+/// way.
 #[test]
-fn a_box_flies_from_rest() {
+fn box_shaped_vehicle_flies_from_rest() {
     let made = made("bluerov2_heavy");
     let Made { inputs, model, design, .. } = made;
     assert_eq!(inputs.design.pitch, Pitch::Held(0.0));

@@ -1,4 +1,4 @@
-//! The axis of heading: sway and yaw of REMUS 100, through the whole chain.
+//! Axis of heading: sway and yaw of REMUS 100, from the files to the flight.
 
 use crate::designs::{Made, read_axis};
 use rayon::prelude::*;
@@ -33,7 +33,7 @@ static MADE: LazyLock<(Inputs, Finished)> = LazyLock::new(|| {
     (inputs, finished)
 });
 
-/// Another implementation of the same weights has a least gamma of 0.270 with a roll that is left out otherwise.
+/// Another implementation of the same weights has a least gamma of 0.270, with the roll that is otherwise left out.
 #[test]
 fn heading_of_an_unstable_hull_is_proved() {
     let (inputs, finished) = &*MADE;
@@ -48,7 +48,7 @@ fn heading_of_an_unstable_hull_is_proved() {
     let theorem = parse(&again, "certificate.json").unwrap().prove().unwrap();
     assert!(theorem.gamma.unwrap() < 0.30 && theorem.gamma_with_model_error.unwrap() < 0.30, "{theorem:?}");
     assert!(finished.sampled.as_ref().unwrap().theorem.gamma.unwrap() < 0.30);
-    // What is required: margins of 45 deg and 0.14 s, mu below 1; and mu with room.
+    // Requirements: margins of 45 deg and 0.14 s, and mu below 1, here with room.
     let verdict = &finished.verdict;
     assert_eq!(verdict.missed().map(|row| row.what.clone()).collect::<Vec<_>>(), [""; 0], "{verdict}");
     assert_eq!(verdict.found.mu.len(), 6);
@@ -58,9 +58,9 @@ fn heading_of_an_unstable_hull_is_proved() {
     assert!(inputs.vehicle.actuators.len() == 1 && inputs.plane.actuators.len() == 2);
 }
 
-/// The rate of the reference is 70 % of that of the fastest turn that every actuator holds.
+/// The rate limit of the reference is 70 % of the fastest turn within the limits of every actuator.
 #[test]
-fn turns_are_no_faster_than_the_rudder_holds() {
+fn turn_rate_is_within_rudder_limits() {
     let mut inputs = read_axis("remus100", "heading");
     inputs.design.envelope.turn_rate = 1.0;
     inputs.design.uncertainty = None;
@@ -73,19 +73,23 @@ fn turns_are_no_faster_than_the_rudder_holds() {
     let OverSpeed::Table(rates) = starboard else { panic!() };
     let OverSpeed::Table(others) = port else { panic!() };
     assert!(rates.iter().zip(&others).all(|(one, other)| (one + other).abs() < 1e-9), "{rates:?} {others:?}");
-    let whole = &inputs.whole;
+    let vehicle = &inputs.whole;
     let held = |rate: f64| {
-        let found = turn(whole, speed, rate, inputs.design.depth, &inputs.design.pitch).unwrap();
-        whole.actuators.iter().zip(&found.actuators).all(|(one, output)| (one.min..=one.max).contains(output))
+        let found = turn(vehicle, speed, rate, inputs.design.depth, &inputs.design.pitch).unwrap();
+        vehicle
+            .actuators
+            .iter()
+            .zip(&found.actuators)
+            .all(|(one, output)| (one.min..=one.max).contains(output))
     };
     let sustained = rates[0] / 0.7;
     assert!(held(0.999 * sustained) && !held(1.01 * sustained), "{sustained}");
     assert!(sustained.to_degrees() > 13.0, "{}", sustained.to_degrees());
 }
 
-/// What is uncertain makes the reference slower: every corner that is tried holds the rate that is allowed.
+/// Uncertainty makes the reference slower: every corner that is tried sustains the allowed rate.
 #[test]
-fn turns_are_no_faster_than_corners_hold() {
+fn turn_rate_is_within_limits_at_corners() {
     for name in ["remus100", "squid"] {
         let inputs = read_axis(name, "heading");
         let speeds = inputs.design.spread(3);
@@ -115,9 +119,10 @@ fn at(heading: f64, reference: f64) -> Ports {
 
 /// Sensors and references go from 180 to -180 degrees; the vehicle takes the shorter way, and no command jumps.
 #[test]
-fn heading_comes_back_to_itself() {
+fn heading_wraps_without_jump() {
     let (_, finished) = &*MADE;
-    // A hull that does not turn takes the rudder to its limit; the reference shall not yield to it.
+    // The hull does not turn here and takes the rudder to its limit; without steering actuators the reference does not
+    // yield.
     let mut design = finished.frozen.controller.clone();
     design.actuators.iter_mut().for_each(|one| one.steers.clear());
     let design = &design;
@@ -132,7 +137,7 @@ fn heading_comes_back_to_itself() {
         let moved = autopilot.references()[HEADING].to_degrees() - from;
         assert!((moved - way).abs() < 1e-9, "{from} to {to}: {moved}");
     }
-    // Flown through 180 degrees with a sensor that wraps, the commands are those of one that counts on.
+    // The commands of a sensor that wraps at 180 degrees are those of one that counts on.
     let flown = |wraps: bool| -> Vec<f64> {
         let mut autopilot = Autopilot::new(design).unwrap();
         autopilot.initialise(0.0, &at(175.0, 175.0)).unwrap();
@@ -149,13 +154,13 @@ fn heading_comes_back_to_itself() {
     }
 }
 
-/// A compass that jumps is lost, and the heading is reckoned from its rate until the compass agrees. One that passes
-/// 180 degrees is believed.
+/// A compass that jumps counts as lost, and the heading is estimated from its rate until the compass agrees. One that
+/// passes 180 degrees is accepted.
 #[test]
-fn a_compass_that_jumps_is_not_believed() {
+fn rejects_jumping_compass() {
     let (_, finished) = &*MADE;
     let design = &finished.frozen.controller;
-    let reckoned = |jump: f64| {
+    let estimated_ticks = |jump: f64| {
         let mut autopilot = Autopilot::new(design).unwrap();
         let start = at(179.9, 179.9);
         autopilot.initialise(0.0, &start).unwrap();
@@ -163,7 +168,7 @@ fn a_compass_that_jumps_is_not_believed() {
         let mut ticks = 0;
         for tick in 0..100 {
             let mut now = at(179.9 + if tick < 50 { 0.0 } else { jump }, 179.9);
-            // The last digits move: the sensors are alive.
+            // The last digits change, so the sensors are not stale.
             for index in [HEADING, HEADING_RATE, SPEED] {
                 now.measured[index] += 1e-6 * f64::from(tick);
             }
@@ -173,31 +178,33 @@ fn a_compass_that_jumps_is_not_believed() {
         }
         ticks
     };
-    assert_eq!([reckoned(30.0), reckoned(-90.0)], [50, 50], "from the jump to the end");
-    assert_eq!([reckoned(0.2 - 360.0), reckoned(1.0)], [0, 0]);
+    assert_eq!([estimated_ticks(30.0), estimated_ticks(-90.0)], [50, 50], "from the jump to the end");
+    assert_eq!([estimated_ticks(0.2 - 360.0), estimated_ticks(1.0)], [0, 0]);
 }
 
-/// The depth autopilot that flies beside it.
-static DIVING: LazyLock<ControllerDesign> = LazyLock::new(|| {
+/// Depth autopilot that flies with the autopilot of heading.
+static DEPTH_DESIGN: LazyLock<ControllerDesign> = LazyLock::new(|| {
     let Made { inputs, model, design, .. } = Made::of(read_axis("remus100", "depth"));
     frozen(&inputs, &model, lft_matrices(&design.controller), gamma(&design, true)).unwrap().controller
 });
 
-/// A turn \[deg\] at 10 s in six degrees of freedom and in a current of half a metre a second, with a depth step \[m\].
-fn turned(whole: &Vehicle, speed: f64, turn: f64, depth_step: f64) -> WholeFlight {
-    turned_by(&MADE.1.frozen.controller, whole, speed, turn, depth_step)
+/// Flies a turn \[deg\] at 10 s in six degrees of freedom and in a current of half a metre a second, with a depth step
+/// \[m\].
+fn turned(vehicle: &Vehicle, speed: f64, turn: f64, depth_step: f64) -> WholeFlight {
+    turned_by(&MADE.1.frozen.controller, vehicle, speed, turn, depth_step)
 }
 
-/// The same under another autopilot of heading.
+/// Flies the same turn under another autopilot of heading.
 fn turned_by(
     heading: &ControllerDesign,
-    whole: &Vehicle,
+    vehicle: &Vehicle,
     speed: f64,
     turn: f64,
     depth_step: f64,
 ) -> WholeFlight {
     let current = Current { horizontal: 0.43, east: 0.25, ..Current::default() };
-    let flight = flown_in((current, None), [&*DIVING, heading], whole, &steps(speed, turn, depth_step));
+    let flight =
+        flown_in((current, None), [&*DEPTH_DESIGN, heading], vehicle, &steps(speed, turn, depth_step));
     assert_eq!(flight.surfacing(), None);
     flight
 }
@@ -215,31 +222,30 @@ fn steps(speed: f64, turn: f64, depth_step: f64) -> Manoeuvre {
     }
 }
 
-/// A flight in a current and a sea.
+/// Flight in a current and a sea.
 fn flown_in(
     (current, sea): (Current, Option<&Sea>),
     designs: [&ControllerDesign; 2],
-    whole: &Vehicle,
+    vehicle: &Vehicle,
     manoeuvre: &Manoeuvre,
 ) -> WholeFlight {
     let varied = Variations { sea, disturbance: Some(Spell::steady(current)), ..Variations::default() };
-    fly_whole(whole, &designs, (10.0, &MADE.0.design.pitch), manoeuvre, &varied).unwrap()
+    fly_whole(vehicle, &designs, (10.0, &MADE.0.design.pitch), manoeuvre, &varied).unwrap()
 }
 
-/// The autopilots get what the sensors read: a bias of the compass is in the true heading with the other sign, one of
-/// the sensor of pitch not at all. A sea without anything in it changes no bit, and its current is that which is given.
-/// At the surface the flight ends.
+/// The autopilots receive the sensor readings: a bias of the compass appears with the other sign in the true heading. A
+/// sea without contents changes no bit, and its current equals the given one. The flight ends at the surface.
 #[test]
 fn both_axes_fly_at_sea() {
-    let whole = &MADE.0.whole;
-    let designs = [&*DIVING, &MADE.1.frozen.controller];
+    let vehicle = &MADE.0.whole;
+    let designs = [&*DEPTH_DESIGN, &MADE.1.frozen.controller];
     let at_sea = |text: &str, current: [f64; 2], climb: f64| {
         let sea = Sea::parse(&format!("seed = 1\n{text}"), "sea.toml").unwrap();
         let [horizontal, east] = current;
         let water = Current { horizontal, east, ..Current::default() };
-        flown_in((water, Some(&sea)), designs, whole, &steps(1.8, 30.0, climb))
+        flown_in((water, Some(&sea)), designs, vehicle, &steps(1.8, 30.0, climb))
     };
-    let still = flown_in((Current::default(), None), designs, whole, &steps(1.8, 30.0, 0.0));
+    let still = flown_in((Current::default(), None), designs, vehicle, &steps(1.8, 30.0, 0.0));
     let heading = |flight: &WholeFlight| flight.states.last().unwrap().heading.to_degrees();
     let calm = at_sea("", [0.0; 2], 0.0);
     let rows = |flight: &WholeFlight| flight.axes.iter().map(|axis| axis.rows.clone()).collect::<Vec<_>>();
@@ -269,8 +275,7 @@ fn both_axes_fly_at_sea() {
     assert!((0.02..0.5).contains(&sway), "{sway} m/s");
 }
 
-/// When heading is within 2 % of a turn for good, after the step \[s\], and how far it goes beyond, relative to the
-/// turn.
+/// Settling time of heading to 2 % of a turn, after the step \[s\], and overshoot relative to the turn.
 fn settled(flight: &WholeFlight, turn: f64) -> (f64, f64) {
     let rows = &flight.axes[1].rows;
     let part = |row: &Row| row.measured(HEADING).to_degrees() / turn - 1.0;
@@ -279,18 +284,18 @@ fn settled(flight: &WholeFlight, turn: f64) -> (f64, f64) {
     (time, rows.iter().map(part).fold(0.0, f64::max))
 }
 
-/// The largest difference of depth between two flights, m.
+/// Largest difference of depth between two flights, m.
 fn apart(one: &WholeFlight, other: &WholeFlight) -> f64 {
     one.states.iter().zip(&other.states).map(|(a, b)| (a.depth - b.depth).abs()).fold(0.0, f64::max)
 }
 
-/// The vehicle dives by 20 m and turns by 60 degrees at 8 degrees a second. The turn hardly moves the depth, and a dive
-/// alone not the heading.
+/// The vehicle dives by 20 m and turns by 60 degrees at 8 degrees a second. The turn hardly changes the depth, and a
+/// dive alone does not change the heading.
 #[test]
-fn the_vehicle_turns_while_it_dives() {
-    let whole = &MADE.0.whole;
+fn turns_during_dive() {
+    let vehicle = &MADE.0.whole;
     for speed in [1.4, 1.8, 2.2] {
-        let (both, dive) = (turned(whole, speed, -60.0, 20.0), turned(whole, speed, 0.0, 20.0));
+        let (both, dive) = (turned(vehicle, speed, -60.0, 20.0), turned(vehicle, speed, 0.0, 20.0));
         let (time, overshoot) = settled(&both, -60.0);
         assert!(time < 12.5 && overshoot < 0.02, "{speed}: {time} s, {overshoot}");
         assert!(apart(&both, &dive) < 0.01, "{speed}: {} m", apart(&both, &dive));
@@ -304,11 +309,11 @@ fn the_vehicle_turns_while_it_dives() {
     }
 }
 
-/// With the torque of its propeller the vehicle rolls, and still turns as asked without much of a change of depth.
+/// The torque of the propeller rolls the vehicle, which still turns as commanded with little change of depth.
 #[test]
-fn it_turns_under_the_torque_of_its_propeller() {
-    let whole = &MADE.0.whole;
-    let torque = Parameter::Effect { actuator: 0, key: "torque" }.with_value(whole, -0.543 / 3.86);
+fn turns_under_propeller_torque() {
+    let vehicle = &MADE.0.whole;
+    let torque = Parameter::Effect { actuator: 0, key: "torque" }.with_value(vehicle, -0.543 / 3.86);
     for side in [-60.0, 60.0] {
         let (both, straight) = (turned(&torque, 1.54, side, 5.0), turned(&torque, 1.54, 0.0, 5.0));
         let (time, overshoot) = settled(&both, side);
@@ -320,16 +325,16 @@ fn it_turns_under_the_torque_of_its_propeller() {
     }
 }
 
-/// A vehicle in turns under both autopilots, at the depth of the flights.
-fn turning(whole: &Vehicle) -> Turning<'_> {
+/// Vehicle in turns under both autopilots, at the depth of the flights.
+fn turning(vehicle: &Vehicle) -> Turning<'_> {
     let (inputs, finished) = &*MADE;
-    let designs = [&*DIVING, &finished.frozen.controller];
-    Turning::new(whole, (10.0, &inputs.design.pitch), designs).unwrap()
+    let designs = [&*DEPTH_DESIGN, &finished.frozen.controller];
+    Turning::new(vehicle, (10.0, &inputs.design.pitch), designs).unwrap()
 }
 
 /// Another implementation found 0.21 and 0.42 for the product at 10 and 14 deg/s, frozen, of the coupling alone.
 #[test]
-fn what_turns_couple_is_proved() {
+fn proves_coupling_in_turns() {
     let turning = turning(&MADE.0.whole);
     let found = coupling(&turning).unwrap().unwrap();
     // The reference is slower at 1.4 m/s, where the weakest corner of the uncertainty does not sustain it.
@@ -337,13 +342,16 @@ fn what_turns_couple_is_proved() {
     assert!((fastest - 12.0).abs() < 1e-9 && found.share == 1.5, "{found:?}");
     assert!(10.0 < slowest && slowest < 11.0, "{slowest}");
     assert!(found.gains().iter().all(|gain| *gain < 1.0), "{:?}", found.gains());
-    let words = found.words(["depth", "heading"]);
-    assert!(words.contains("to 12 deg/s, by speed (1.5 times the limit of the reference)"), "{words}");
-    // In the turns from which the bounds are computed a turn takes the larger gain at most.
+    let claim_text = found.words(["depth", "heading"]);
+    assert!(
+        claim_text.contains("to 12 deg/s, by speed (1.5 times the limit of the reference)"),
+        "{claim_text}"
+    );
+    // The relative coupling is at most the larger gain in the turns from which the bounds are computed.
     assert!(found.taken < 1.01 * found.gains()[0].max(found.gains()[1]), "{found:?}");
-    let said = words.split_once("couple at most ").unwrap().1.split_once(" times").unwrap().0;
-    let said: f64 = said.parse().unwrap();
-    assert!(said >= found.taken && said < 1.01 * found.taken, "{words}");
+    let stated = claim_text.split_once("couple at most ").unwrap().1.split_once(" times").unwrap().0;
+    let stated: f64 = stated.parse().unwrap();
+    assert!(stated >= found.taken && stated < 1.01 * found.taken, "{claim_text}");
     let certificates = found.axes.each_ref().map(|axis| &axis.certificate);
     let again = certificates.map(|one| parse(&text(one, Path::new("c.json")).unwrap(), "c.json").unwrap());
     assert!(again.iter().all(|one| one.prove().unwrap().gamma.unwrap() < 1.0));
@@ -351,13 +359,13 @@ fn what_turns_couple_is_proved() {
     assert_eq!(share_of(&turning, [&again[0], &again[1]], gains).unwrap(), (1.5, found.taken));
     share_of(&turning, [&again[1], &again[0]], gains).unwrap_err();
     share_of(&turning, [&again[0], &again[1]], gains.map(|gain| gain / (0.99 * found.taken))).unwrap_err();
-    // A delay of the commands is not in the loop of this proof.
+    // The loop of this proof contains no delay of the commands.
     let mut late = turning.designs[1].clone();
     late.delay_ticks = 1;
     let (inputs, level) = (&MADE.0, (10.0, &MADE.0.design.pitch));
     let delayed = Turning::new(&inputs.whole, level, [turning.designs[0], &late]).unwrap();
     assert!(coupling(&delayed).unwrap().is_none());
-    // At speeds and rates that the bounds do not have.
+    // Speeds and rates other than those of the bounds.
     for (speed, part) in [(1.43, 0.11), (1.55, -0.93), (1.77, 0.47), (1.92, -0.29), (2.13, 0.97)] {
         let rate = part * found.share * turning.fastest(speed);
         let largest = largest_real_part(&turning, speed, rate).unwrap().unwrap();
@@ -365,15 +373,15 @@ fn what_turns_couple_is_proved() {
     }
 }
 
-/// What turns add is no longer than the outputs of both certificates, whatever the states, in the turns that the bounds
-/// have; with the gains it is shorter in others. From the matrices of the certificates alone.
+/// Coupling terms are no longer than the outputs of both certificates, whatever the states, in the turns that the
+/// bounds cover; scaled by the gains they are shorter in others. Only the matrices of the certificates are used.
 #[test]
-fn certificates_cover_what_turns_couple() {
+fn certificates_cover_coupling_in_turns() {
     let turning = turning(&MADE.0.whole);
     let found = coupling(&turning).unwrap().unwrap();
     let axes = turning.axes();
     let mat = |rows: &[Vec<f64>]| Mat::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j]);
-    // B of d, C of e, and M_ii at a speed and a rate of turn.
+    // Matrices B of d, C of e, and M_ii at a speed and a rate of turn.
     let own = |i: usize, rho: f64, tau: f64| {
         let certificate = &found.axes[i].certificate;
         let (p, n) = (&certificate.plant, axes[i].states);
@@ -439,36 +447,37 @@ fn certificates_cover_what_turns_couple() {
     assert!(tightest < 30.0, "the cover is far too large: {tightest}");
 }
 
-/// Fins damp roll. With less of that slower turns are proved; without it, or under the torque of the propeller, none.
+/// Fins damp roll. With less damping only slower turns are proved; without any, or under the torque of the propeller,
+/// none.
 #[test]
-fn roll_that_nothing_damps_couples_more() {
-    let share = |whole: &Vehicle| coupling(&turning(whole)).unwrap().map_or(0.0, |found| found.share);
+fn undamped_roll_increases_coupling() {
+    let share = |vehicle: &Vehicle| coupling(&turning(vehicle)).unwrap().map_or(0.0, |found| found.share);
     let with = |key, value| Parameter::Coefficient(key).with_value(&MADE.0.whole, value);
     let torque = Parameter::Effect { actuator: 0, key: "torque" }.with_value(&MADE.0.whole, -0.543 / 3.86);
-    let [weak, none] = [with("K_up", -0.1), with("K_up", 0.0)].map(|whole| share(&whole));
+    let [weak, none] = [with("K_up", -0.1), with("K_up", 0.0)].map(|vehicle| share(&vehicle));
     let torque = share(&torque);
     assert_eq!([weak, none, torque], [1.0, 0.0, 0.0]);
 }
 
-/// 40 vehicles at corners of the declared uncertainty, at two speeds each, turn by 60 degrees; a rudder slower by 0.2 s
-/// is held, too.
+/// Vehicles at 40 corners of the declared uncertainty, at two speeds each, turn by 60 degrees; a rudder slower by 0.2 s
+/// is tolerated, too.
 #[test]
 fn corners_of_the_uncertainty_turn() {
     let (inputs, _) = &*MADE;
-    // Before the threads of the pool, which would wait for it, and it for them.
-    LazyLock::force(&DIVING);
+    // Forced before the threads of the pool start, to avoid a deadlock between them and its initialisation.
+    LazyLock::force(&DEPTH_DESIGN);
     let draws = random_corners(inputs.uncertain.len(), 40, 7);
     let vehicle = |corner: &[f64], slower: f64| {
         let rudder = inputs.whole.actuators.iter().position(|one| one.name == "rudder").unwrap();
-        let mut whole = inputs.whole.clone();
-        whole.actuators[rudder].lag += slower;
-        inputs.uncertain.iter().zip(corner).fold(whole, |whole, (one, side)| {
-            // The rudder is the first actuator of the axis, and another of the vehicle.
+        let mut vehicle = inputs.whole.clone();
+        vehicle.actuators[rudder].lag += slower;
+        inputs.uncertain.iter().zip(corner).fold(vehicle, |vehicle, (one, side)| {
+            // The rudder is the first actuator of the axis, but another one of the vehicle.
             let parameter = match one.parameter {
                 Parameter::Effect { key, .. } => Parameter::Effect { actuator: rudder, key },
                 other => other,
             };
-            parameter.with_value(&whole, one.value + side * one.half_range)
+            parameter.with_value(&vehicle, one.value + side * one.half_range)
         })
     };
     let cases = draws.iter().enumerate().flat_map(|(number, corner)| {
@@ -488,15 +497,15 @@ fn corners_of_the_uncertainty_turn() {
         .collect();
     for (number, speed, slower, (time, overshoot)) in found {
         let (longest, farthest) = if *slower > 0.0 { (40.0, 0.3) } else { (17.0, 0.05) };
-        let words = format!("{number} at {speed} m/s, slower by {slower} s: {time} s, {overshoot}");
-        assert!(time < longest && overshoot < farthest, "{words}");
+        let case = format!("{number} at {speed} m/s, slower by {slower} s: {time} s, {overshoot}");
+        assert!(time < longest && overshoot < farthest, "{case}");
     }
 }
 
-/// The vehicle with the steering coefficients after L. Fodrea (MSc thesis, Naval Postgraduate School, 2002), with which
-/// it keeps its heading by itself. They are recalled, not read: see the test of their poles in `auv`.
-fn steered_by_fodrea(whole: &Vehicle) -> Vehicle {
-    let mut vehicle = whole.clone();
+/// Vehicle with the steering coefficients after L. Fodrea (MSc thesis, Naval Postgraduate School, 2002), with which it
+/// is directionally stable. The coefficients are quoted from memory: see the test of their poles in `auv`.
+fn steered_by_fodrea(vehicle: &Vehicle) -> Vehicle {
+    let mut vehicle = vehicle.clone();
     let c = &mut vehicle.coefficients;
     (c.Y_v, c.N_r, c.N_v, c.Y_r) = (-15.7, -2.16, 0.0, 0.0);
     (c.Y_uv, c.Y_ur) = (-50.9 / 1.54, 2.2 / 1.54 - c.X_u_dot);
@@ -511,9 +520,9 @@ fn steered_by_fodrea(whole: &Vehicle) -> Vehicle {
 }
 
 /// Two published models of REMUS 100 contradict each other: with one it is directionally unstable, with the other not.
-/// The same design file is proved for both; and the controller for the one is proved for the other, and flies it.
+/// The same design file is proved for both, and the controller for the one is proved for the other, and flies it.
 #[test]
-fn one_file_holds_both_published_models() {
+fn one_design_file_suits_both_published_models() {
     let (inputs, finished) = &*MADE;
     let other = Inputs::new(steered_by_fodrea(&inputs.whole), inputs.design.clone()).unwrap();
     let own = run(&other, &Progress::default()).unwrap();
@@ -538,8 +547,8 @@ fn one_file_holds_both_published_models() {
     }
 }
 
-/// LRAUV Tethys, which does not keep its heading by itself either; NPS AUV II, which does and whose speed is given; and
-/// Squid, which two thrusters yaw against one another.
+/// LRAUV Tethys is directionally unstable, too; NPS AUV II is stable and has a given speed; two thrusters yaw Squid
+/// against one another.
 #[test]
 fn other_vehicles_hold_their_heading() {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
@@ -558,9 +567,9 @@ fn other_vehicles_hold_their_heading() {
     }
 }
 
-/// What cannot be designed says why, with the file and what to do.
+/// The messages for impossible designs contain the reason, the file and the remedy.
 #[test]
-fn what_has_no_heading_says_so() {
+fn explains_why_heading_cannot_be_designed() {
     let file = |path: &str| {
         let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles"));
         std::fs::read_to_string(folder.join(path)).unwrap()
@@ -573,7 +582,7 @@ fn what_has_no_heading_says_so() {
         sparus.starts_with("design.toml tracks heading, but the vehicle of vehicle.toml moves in the"),
         "{sparus}"
     );
-    // Its thrusters one by one act in the vertical plane, too.
+    // Each thruster alone also acts in the vertical plane.
     let squid = file("squid/vehicle.toml");
     let squid = refused(&squid[..squid.find("[[thruster_group]]\n").unwrap()], &design);
     assert!(

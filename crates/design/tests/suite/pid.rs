@@ -1,9 +1,9 @@
 //! Published PIDs on REMUS 100: each that is stable at every constant speed is proved for every trajectory of it.
 //!
-//! The weights are those of `tests/designs/remus100_for_pid.toml`, so that the figures stay. Gains of pitch are in
-//! radians of the planes per radian: of MSS and of the Python Vehicle Simulator (`remus100.py`), both by T. I. Fossen,
-//! of mvp, of Psarhadi's simulation of REMUS 100, of DUNE for LAUV, and of lrauv for Tethys. The expected figures were
-//! measured by another program, with another speed loop: they are met within 2 %.
+//! The weights are those of `tests/designs/remus100_for_pid.toml`, so that the figures stay. Gains of pitch, in radians
+//! of the planes per radian, are those of MSS and of the Python Vehicle Simulator (`remus100.py`), both by T. I.
+//! Fossen, of mvp, of Psarhadi's simulation of REMUS 100, of DUNE for LAUV, and of lrauv for Tethys. The expected
+//! figures were measured by another program, with another speed loop: they are met within 2 %.
 
 use squid_base::progress::Progress;
 use squid_design::augment::augment;
@@ -15,7 +15,7 @@ use squid_design::synthesise::{given, synthesise};
 use squid_pid::{Pid, read_file};
 use std::path::Path;
 
-/// The file of pitch gains kp, ki and kd; those of 0 are left out.
+/// Controller file with the pitch gains kp, ki and kd; those of 0 are left out.
 fn pid([kp, ki, kd]: [f64; 3]) -> Pid {
     let gain = |key: &str, value: f64, unit: &str| match value {
         0.0 => String::new(),
@@ -29,7 +29,7 @@ fn pid([kp, ki, kd]: [f64; 3]) -> Pid {
     read_file(&text, "mine.toml").unwrap()
 }
 
-/// REMUS 100 on the weights of the tests, with a controller.
+/// REMUS 100 with the weights of the tests and a controller.
 fn remus(pid: Pid) -> Inputs {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let text = |path: &str| std::fs::read_to_string(root.join(path)).unwrap();
@@ -43,7 +43,7 @@ fn finished(inputs: &Inputs) -> Result<FinishedAxis, Error> {
     run_axis(&inputs.axis(), &inputs.design, &inputs.hashes, &Progress::default())
 }
 
-/// The gain found for the fit, without its proof.
+/// Gain bound found for the fit, without its proof.
 fn bound(gains: [f64; 3]) -> Result<f64, Error> {
     let inputs = remus(pid(gains));
     let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
@@ -70,7 +70,7 @@ fn published_gains_have_bounds_for_every_trajectory_of_the_speed() {
 }
 
 #[test]
-fn gains_of_an_unstable_loop_are_refused_with_speed_and_growth() {
+fn rejects_unstable_gains_with_speed_and_growth() {
     for (gains, expected) in [([1.5, 0.0, 0.0], 0.59), ([0.6, 0.0, 0.0], 0.48)] {
         let Error::Refused(Refusal::UnstableGiven { speed, growth }) = bound(gains).unwrap_err() else {
             panic!("{gains:?}")
@@ -79,9 +79,9 @@ fn gains_of_an_unstable_loop_are_refused_with_speed_and_growth() {
     }
 }
 
-/// All the way: proof in exact arithmetic, also as sampled; a frozen controller with the gains of the file.
+/// The entire chain: proof in exact arithmetic, also as sampled; a frozen controller with the gains of the file.
 #[test]
-fn a_pid_passes_through_the_chain() {
+fn pid_is_proved_and_frozen() {
     let inputs = remus(Pid { tracking_time: Some(0.5), ..pid([5.0, 0.3, 2.0]) });
     let axis = finished(&inputs).unwrap();
     let proof = axis.proof.unwrap();
@@ -92,7 +92,7 @@ fn a_pid_passes_through_the_chain() {
     let controller = axis.controller;
     assert!(controller.gamma.certified && controller.gamma.back_off == 0.0);
     assert_eq!(controller.lft.a.len(), 2);
-    // The stated anti-windup is flown, and is that of the claim with limits.
+    // The stated anti-windup is flown, and equals that of the claim with limits.
     let stated = given::anti_windup(&inputs.vehicle.actuators, &inputs.design).unwrap().unwrap();
     let flown = controller.anti_windup.unwrap();
     assert!(flown.iter().flatten().zip(stated.transpose().iter()).all(|(found, stated)| found == stated));
@@ -102,14 +102,14 @@ fn a_pid_passes_through_the_chain() {
     assert!(squid_scheduled::ControllerDesign::from_json(&controller_json(&inputs)).is_ok());
 }
 
-/// The frozen controller as it is stored.
+/// Frozen controller as stored.
 fn controller_json(inputs: &Inputs) -> String {
     finished(inputs).unwrap().controller.to_json().unwrap()
 }
 
-/// With a larger reference weight than that of the file the loop is the same, and the gain is another: the file counts.
+/// A larger reference weight than that of the file changes the gain, not the loop: the file counts.
 #[test]
-fn the_gains_of_the_file_are_those_that_are_proved() {
+fn proves_gains_of_file() {
     let mut other = pid(MSS);
     other.turn.reference_weight = 0.5;
     let inputs = remus(other);
@@ -121,23 +121,23 @@ fn the_gains_of_the_file_are_those_that_are_proved() {
     assert!(growth < 0.0);
 }
 
-/// Gains that change much with speed: stable at each speed, without a bound over the whole range, and the range that
-/// has one is said.
+/// Gains that change much with speed: stable at each speed, without a bound over the full range; the message states the
+/// range that has one.
 #[test]
 #[ignore = "night: tries many ranges, half of them in vain"]
-fn without_a_bound_the_range_that_has_one_is_said() {
+fn reports_range_that_has_a_bound() {
     let text = "[controller]\nkind = \"pid\"\n[controller.pitch]\n\
         kp = { table = [[1.4, 6.5], [1.8, 5.0], [2.2, 4.0]], unit = \"rad/rad\" }\n\
         ki = { value = [0.3, -0.05], unit = \"1/s\" }\nkd = { value = [2.5, -0.8], unit = \"s\" }\nrolloff = 0.05\n\
         model = { frequency = 1.3, damping = 1.0 }\nfeedforward = { value = 0.5, unit = \"s2\" }\n[controller.speed]\n\
         kp = { value = 30.0, unit = \"N.s/m\" }\nki = { value = 10.0, unit = \"N/m\" }\n";
-    let whole = remus(read_file(text, "mine.toml").unwrap());
-    let Err(Error::Refused(Refusal::Unbounded { from, to, .. })) = finished(&whole) else { panic!() };
+    let full_range = remus(read_file(text, "mine.toml").unwrap());
+    let Err(Error::Refused(Refusal::Unbounded { from, to, .. })) = finished(&full_range) else { panic!() };
     assert!(1.4 < from && from < 1.6 && 2.0 < to && to < 2.2, "{from} {to}");
-    // In that range, with a constant ki and kd, there is one.
-    let mut inner = remus(
+    // A bound exists in that range with constant ki and kd.
+    let mut narrower = remus(
         read_file(&text.replace("[0.3, -0.05]", "0.3").replace("[2.5, -0.8]", "2.5"), "mine.toml").unwrap(),
     );
-    (inner.design.speed_min, inner.design.speed_max) = (from, to);
-    assert!(finished(&inner).unwrap().proof.is_ok());
+    (narrower.design.speed_min, narrower.design.speed_max) = (from, to);
+    assert!(finished(&narrower).unwrap().proof.is_ok());
 }

@@ -12,9 +12,9 @@ fn sizes(finished: &Finished) -> (usize, usize) {
     (sizes.x, sizes.t)
 }
 
-/// REMUS 100 needs fewer states and channels than full order; all is proved again, and no requirement is lost.
+/// REMUS 100 needs fewer states and channels than full order; everything is proved again, and no requirement is lost.
 #[test]
-fn a_smaller_controller_is_proved_and_meets_the_same_requirements() {
+fn smaller_controller_is_proved_and_meets_same_requirements() {
     let mut inputs = inputs("remus100");
     assert_eq!(inputs.design.reduce, Some(0.03));
     let smaller = run(&inputs, &Progress::default()).unwrap();
@@ -29,9 +29,9 @@ fn a_smaller_controller_is_proved_and_meets_the_same_requirements() {
     assert_eq!(smaller.frozen.controller.lft.a.len(), states);
 }
 
-/// A requirement that is met by one verdict alone is a loss, in one direction.
+/// A requirement that only one verdict meets is a loss, in one direction.
 #[test]
-fn a_lost_requirement_is_seen() {
+fn detects_lost_requirement() {
     let (mut inputs, stored) = committed();
     let of = |inputs: &_| {
         let effort = Effort { frozen: 2, sampled: false, flown: 2, mu: 0 };

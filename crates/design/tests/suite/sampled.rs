@@ -1,4 +1,4 @@
-//! The proof of the sampled loop, compared with lifting.
+//! Proof of the sampled loop, compared with lifting.
 
 use crate::designs::{Made, made};
 use squid_design::augment::augment;
@@ -10,12 +10,12 @@ use squid_lpv::direct_path::around;
 /// Sampling increases the proved gain by less than 3 %. At constant speeds the plant of the proof, discretised by the
 /// trapezoidal rule, has the gain of the plant itself under a hold, including between the ticks.
 #[test]
-fn the_proved_gain_covers_the_lifted_one() {
+fn proved_gain_covers_lifted_gain() {
     for (name, delay) in [("squid", 0.0), ("remus100", 0.0), ("remus100", 0.04)] {
-        let late;
+        let with_delay;
         let Made { inputs, model, design, .. } = if delay > 0.0 {
-            late = Made::late(name, delay);
-            &late
+            with_delay = Made::with_delay(name, delay);
+            &with_delay
         } else {
             made(name)
         };
@@ -24,12 +24,12 @@ fn the_proved_gain_covers_the_lifted_one() {
         let continuous = design.certified.gamma;
         println!("{name}, {delay} s late: {continuous:.4} in continuous time, {proved:.4} sampled");
         assert!(proved < 1.03 * continuous);
-        let soon = squid_design::inputs::design_file::DesignFile { delay: 0.0, ..file.clone() };
-        let plant = augment(&inputs.vehicle.actuators, &soon, model.linear()).unwrap();
+        let undelayed = squid_design::inputs::design_file::DesignFile { delay: 0.0, ..file.clone() };
+        let plant = augment(&inputs.vehicle.actuators, &undelayed, model.linear()).unwrap();
         let ticks = plant.at_ticks(time).unwrap();
         let controller = &design.controller;
-        let late = controller.delayed_at_ticks(file.delay_ticks(), time);
-        let closed = ticks.plant.close(&around(&late, &-&ticks.d22).unwrap());
+        let delayed = controller.delayed_at_ticks(file.delay_ticks(), time);
+        let closed = ticks.plant.close(&around(&delayed, &-&ticks.d22).unwrap());
         for rho in [-1.0, -0.4, 0.3, 1.0] {
             let k =
                 trapezoidal(&controller.frozen(&[rho]).unwrap(), time).unwrap().delayed(file.delay_ticks());

@@ -13,10 +13,10 @@ use squid_proof::claim::parse;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The number of times that each of the two designs is written.
+/// Number of times that each of the two designs is written.
 const TIMES: usize = 50;
 
-/// Either of two stored designs.
+/// Loads either of two stored designs.
 fn either<'a>(directory: &Path, designs: [&'a Inputs; 2]) -> (&'a Inputs, Stored) {
     loop {
         for inputs in designs {
@@ -28,8 +28,8 @@ fn either<'a>(directory: &Path, designs: [&'a Inputs; 2]) -> (&'a Inputs, Stored
     }
 }
 
-/// All files belong to the design whose hashes are in controller.json: the certificate is that of its controller, or
-/// missing if nothing was proved.
+/// Asserts that all files belong to the design whose hashes are in controller.json: the certificate is that of its
+/// controller, or missing if nothing was proved.
 fn assert_one_design(directory: &Path, proved: &Inputs, other: &Inputs) {
     let (inputs, stored) = either(directory, [proved, other]);
     if inputs.hashes == proved.hashes {
@@ -41,9 +41,9 @@ fn assert_one_design(directory: &Path, proved: &Inputs, other: &Inputs) {
     }
 }
 
-/// The paper's designs, because they are computed quickly.
+/// The paper's designs are used because they are computed quickly.
 #[test]
-fn two_designs_at_once_leave_one() {
+fn concurrent_writers_leave_one_design() {
     let proved = read("squid", "paper");
     let other = proved.clone().with_bandwidth(0.23).unwrap();
     let made = |inputs: &Inputs| run(inputs, &Progress::default()).unwrap();

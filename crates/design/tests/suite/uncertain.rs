@@ -1,4 +1,4 @@
-//! The uncertain models against the vehicle itself.
+//! Uncertain models against the vehicle itself.
 
 use crate::designs::inputs;
 use nalgebra::Complex;
@@ -48,7 +48,7 @@ fn subject(vehicle: &str, speeds: [f64; 3]) -> Subject {
 static SUBJECTS: LazyLock<[Subject; 2]> =
     LazyLock::new(|| [subject("squid", [0.5, 1.3, 3.0]), subject("remus100", [1.4, 1.77, 2.2])]);
 
-/// The linearisation that the model represents: coefficients at delta, nominal trim, gains at delta.
+/// Linearisation that the model represents: coefficients at delta, nominal trim, gains at delta.
 fn truth(subject: &Subject, frozen: &FrozenUncertain, delta: &[f64]) -> Mat {
     let changed = perturbed(&subject.inputs.vehicle, &frozen.model.blocks, delta);
     let linear = linearise(&changed, &frozen.nominal.trim).unwrap();
@@ -61,7 +61,7 @@ fn truth(subject: &Subject, frozen: &FrozenUncertain, delta: &[f64]) -> Mat {
     found
 }
 
-/// `delta` with 0 for quantities of the trim.
+/// Copy of `delta` with 0 for quantities of the trim.
 fn with_trim_held(model: &UncertainModel, delta: &[f64]) -> Vec<f64> {
     model.blocks.iter().zip(delta).map(|(b, d)| if b.uncertain.is_of_trim() { 0.0 } else { *d }).collect()
 }
@@ -69,21 +69,21 @@ fn with_trim_held(model: &UncertainModel, delta: &[f64]) -> Vec<f64> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Exact in the coefficients: the LFT is the linearisation of the perturbed vehicle at the same trim.
+    /// The LFT is exact in the coefficients: it is the linearisation of the perturbed vehicle at the same trim.
     #[test]
-    fn the_lft_is_the_linearisation_at_the_perturbed_coefficients(values in prop::collection::vec(-1.0..1.0_f64, 24)) {
+    fn lft_equals_linearisation_at_perturbed_coefficients(values in prop::collection::vec(-1.0..1.0_f64, 24)) {
         for subject in SUBJECTS.iter() {
             for frozen in &subject.frozen {
                 let delta = with_trim_held(&frozen.model, &values);
-                let (found, wanted) = (frozen.model.evaluate(0.0, &delta).unwrap(), truth(subject, frozen, &delta));
-                prop_assert!((&found - &wanted).norm() < 1e-12 * wanted.norm(), "{found} {wanted}");
+                let (found, expected) = (frozen.model.evaluate(0.0, &delta).unwrap(), truth(subject, frozen, &delta));
+                prop_assert!((&found - &expected).norm() < 1e-12 * expected.norm(), "{found} {expected}");
             }
         }
     }
 }
 
 #[test]
-fn at_delta_zero_the_models_are_the_nominal_ones() {
+fn models_at_delta_zero_are_nominal() {
     for subject in SUBJECTS.iter() {
         for frozen in &subject.frozen {
             let zero = vec![0.0; frozen.model.blocks.len()];
@@ -100,11 +100,11 @@ fn at_delta_zero_the_models_are_the_nominal_ones() {
     }
 }
 
-/// With all parameters but one fixed, `[A B]` is rational in that one, and no realisation has fewer channels than its
-/// McMillan degree, the rank of the product of observability and controllability matrices. So repetitions equal to it
-/// are minimal.
+/// Repetitions are minimal if they equal the McMillan degree: with all parameters but one fixed, `[A B]` is rational in
+/// that one, and no realisation has fewer channels than its McMillan degree, the rank of the product of observability
+/// and controllability matrices.
 #[test]
-fn no_parameter_is_repeated_more_than_it_must() {
+fn repetitions_are_minimal() {
     for subject in SUBJECTS.iter() {
         for frozen in &subject.frozen {
             assert_minimal(&frozen.model);
@@ -140,36 +140,37 @@ fn assert_minimal(model: &UncertainModel) {
 
 fn mcmillan_degree(left: &Mat, inner: &Mat, right: &Mat) -> usize {
     let n = inner.nrows();
-    let (mut seen, mut reached, mut power) = (left.clone(), right.clone(), Mat::identity(n, n));
+    let (mut observable, mut controllable, mut power) = (left.clone(), right.clone(), Mat::identity(n, n));
     for _ in 1..n {
         power = &power * inner;
-        seen = squid_lpv::matrix::block(&[&[&seen], &[&(left * &power)]]);
-        reached = squid_lpv::matrix::block(&[&[&reached, &(&power * right)]]);
+        observable = squid_lpv::matrix::block(&[&[&observable], &[&(left * &power)]]);
+        controllable = squid_lpv::matrix::block(&[&[&controllable, &(&power * right)]]);
     }
-    let s = svd(&(seen * reached)).s;
+    let s = svd(&(observable * controllable)).s;
     s.iter().filter(|v| **v > 1e-11 * s[0]).count()
 }
 
-/// N(s) closed by Delta is the loop of the controller with the perturbed vehicle, and its first block maps wd to zd.
+/// The loop N(s) closed by Delta is that of the controller with the perturbed vehicle, and its first block maps wd to
+/// zd.
 #[test]
-fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
+fn loop_closed_by_delta_is_perturbed_loop() {
     for subject in SUBJECTS.iter() {
         let (design, actuators) = (&subject.inputs.design, subject.inputs.vehicle.actuators.len());
         let tracked = design.tracked.len();
         let measured = tracked + design.measured.len();
-        let some = |rows: usize, columns: usize, seed: f64| {
+        let arbitrary = |rows: usize, columns: usize, seed: f64| {
             Mat::from_fn(rows, columns, |i, j| 0.1 * (seed + 1.3 * i as f64 + 2.1 * j as f64).sin())
         };
         let blocks = [
-            (X, X, some(3, 3, 0.0) - Mat::identity(3, 3)),
-            (X, Y, some(3, measured, 1.0)),
-            (X, T, some(3, 2, 2.0)),
-            (U, X, some(actuators, 3, 3.0)),
-            (U, Y, some(actuators, measured, 4.0)),
-            (U, T, some(actuators, 2, 5.0)),
-            (T, X, some(2, 3, 6.0)),
-            (T, Y, some(2, measured, 7.0)),
-            (T, T, some(2, 2, 8.0)),
+            (X, X, arbitrary(3, 3, 0.0) - Mat::identity(3, 3)),
+            (X, Y, arbitrary(3, measured, 1.0)),
+            (X, T, arbitrary(3, 2, 2.0)),
+            (U, X, arbitrary(actuators, 3, 3.0)),
+            (U, Y, arbitrary(actuators, measured, 4.0)),
+            (U, T, arbitrary(actuators, 2, 5.0)),
+            (T, X, arbitrary(2, 3, 6.0)),
+            (T, Y, arbitrary(2, measured, 7.0)),
+            (T, T, arbitrary(2, 2, 8.0)),
         ];
         let controller = Controller::new(vec![2], &blocks).unwrap();
         for frozen in &subject.frozen {
@@ -192,13 +193,13 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
             };
             let plant = augment(actuators, &design.with_unweighted_references(), linear).unwrap();
             let frozen_at_rho = frozen_controller(&controller, rho).unwrap();
-            let wanted = plant.close(&frozen_at_rho).frozen(&[]).unwrap();
+            let expected = plant.close(&frozen_at_rho).frozen(&[]).unwrap();
             for omega in [0.0, 0.1, 1.0, 10.0] {
                 let s = Complex::new(0.0, omega);
-                let (a, b) = (found.response(s).unwrap(), wanted.response(s).unwrap());
+                let (a, b) = (found.response(s).unwrap(), expected.response(s).unwrap());
                 assert!((&a - &b).norm() < 1e-9 * b.norm(), "{a} {b}");
-                let whole = n.system.response(s).unwrap();
-                let corner = whole.view((0, 0), (k, k)).into_owned();
+                let complete = n.system.response(s).unwrap();
+                let corner = complete.view((0, 0), (k, k)).into_owned();
                 assert!((n.stability().response(s).unwrap() - corner).norm() < 1e-12);
             }
         }
@@ -208,7 +209,7 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
 /// A sweep of the complete loop, including slow states of weights and filters, ends with a bound: at 2 m/s mu is nearly
 /// constant over decades of low frequencies, where intervals are tiny unless the level is raised.
 #[test]
-fn idle_states_do_not_keep_a_sweep_from_ending() {
+fn sweep_ends_in_spite_of_idle_states() {
     let inputs = &SUBJECTS[0].inputs;
     let stored = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/frozen/controller.json");
     let stored: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(stored).unwrap()).unwrap();
@@ -217,16 +218,16 @@ fn idle_states_do_not_keep_a_sweep_from_ending() {
         let frozen = at_speed(inputs, speed).unwrap();
         let n = uncertain_loop(inputs, &frozen, &controller).unwrap();
         let k = n.structure.cols();
-        let whole = n.system.parts(0..k, 0..k);
+        let complete = n.system.parts(0..k, 0..k);
         let lower = real_lower_bound(&n.stability(), &n.structure).unwrap().value;
-        let [less, all] =
-            [&n.stability(), &whole].map(|s| bound_over_frequency(s, &n.structure, CLOSEST).unwrap().upper);
-        assert!(whole.a.nrows() > n.stability().a.nrows());
+        let [less, all] = [&n.stability(), &complete]
+            .map(|s| bound_over_frequency(s, &n.structure, CLOSEST).unwrap().upper);
+        assert!(complete.a.nrows() > n.stability().a.nrows());
         assert!(lower < less && lower < all && all < 1.1 * less, "{speed} m/s: {lower} {less} {all}");
     }
 }
 
-/// `F_u(N, Delta)`.
+/// Upper LFT `F_u(N, Delta)`.
 fn closed_by(n: &Perturbable, delta: &Mat) -> StateSpace {
     let k = n.structure.cols();
     let StateSpace { a, b, c, d } = &n.system;
@@ -244,10 +245,11 @@ fn closed_by(n: &Perturbable, delta: &Mat) -> StateSpace {
     }
 }
 
-/// Against the vehicle trimmed again at corners of the box, the models have errors within half a per cent at one speed,
-/// and within one and a half or half a per cent over the range, where the vehicle changes by 18 to 55 per cent.
+/// The errors of the models against the vehicle retrimmed at corners of the box are within half a per cent at one
+/// speed, and within 1.6 (coarse) or half a per cent (fine) over the range, where the vehicle changes by 18 to 55 per
+/// cent.
 #[test]
-fn the_models_follow_the_vehicle_trimmed_anew() {
+fn models_follow_retrimmed_vehicle() {
     for subject in SUBJECTS.iter() {
         let fine = over_range(&subject.inputs, &subject.model, Fidelity::FINE).unwrap();
         for frozen in &subject.frozen {
@@ -262,11 +264,11 @@ fn the_models_follow_the_vehicle_trimmed_anew() {
     }
 }
 
-/// Coefficients that act through the trim only, and products: weight, buoyancy, mass and the centre of gravity
+/// Coefficients that act only through the trim, and products: weight, buoyancy, mass and the centre of gravity
 /// together.
 #[test]
 fn weight_and_centre_of_gravity_may_be_uncertain() {
-    let inputs = naming(&[
+    let inputs = with_uncertain(&[
         ("mass", 2.0),
         ("weight", 1.0),
         ("x_G", 0.005),
@@ -284,15 +286,16 @@ fn weight_and_centre_of_gravity_may_be_uncertain() {
     for seed in 0..20 {
         let values: Vec<f64> = (0..24).map(|i| f64::from(seed * 7 + i * 3).sin()).collect();
         let delta = with_trim_held(&frozen.model, &values);
-        let (found, wanted) = (frozen.model.evaluate(0.0, &delta).unwrap(), truth(&subject, frozen, &delta));
-        assert!((&found - &wanted).norm() < 1e-12 * wanted.norm());
+        let (found, expected) =
+            (frozen.model.evaluate(0.0, &delta).unwrap(), truth(&subject, frozen, &delta));
+        assert!((&found - &expected).norm() < 1e-12 * expected.norm());
     }
     let own = errors(&subject.inputs, frozen, &frozen.model).unwrap();
     assert!(own.through_trim > 0.02 && own.remainder < 0.1 * own.through_trim, "{own:?}");
 }
 
 /// Squid with other uncertain coefficients, their half ranges in SI.
-fn naming(coefficients: &[(&str, f64)]) -> Inputs {
+fn with_uncertain(coefficients: &[(&str, f64)]) -> Inputs {
     let mut inputs = inputs("squid");
     let of = |&(name, half_range): &(&str, f64)| {
         let parameter = Parameter::named(&inputs.vehicle, name).unwrap();
@@ -304,9 +307,9 @@ fn naming(coefficients: &[(&str, f64)]) -> Inputs {
 }
 
 #[test]
-fn what_no_lft_can_hold_is_refused_by_name() {
+fn rejects_uncertainty_without_lft() {
     let refused = |coefficients: &[(&str, f64)]| {
-        let inputs = naming(coefficients);
+        let inputs = with_uncertain(coefficients);
         at_speed(&inputs, 0.5).unwrap_err().to_string()
     };
     let begins = [
@@ -327,10 +330,10 @@ fn what_no_lft_can_hold_is_refused_by_name() {
             "[uncertainty]: with every coefficient at an end of its range there is no trim: no level trim at 0.5 m/s",
         ),
     ];
-    for (message, words) in begins {
-        assert!(message.starts_with(words), "{message}\n{words}");
+    for (message, beginning) in begins {
+        assert!(message.starts_with(beginning), "{message}\n{beginning}");
     }
-    let mut nothing = naming(&[]);
+    let mut nothing = with_uncertain(&[]);
     nothing.design.uncertainty = None;
     let message = at_speed(&nothing, 1.0).unwrap_err().to_string();
     assert!(message.starts_with("the design design.toml declares no uncertainty"), "{message}");

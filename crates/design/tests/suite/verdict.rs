@@ -1,5 +1,5 @@
-//! The verdict on the committed design of Squid: every figure is recomputed in another way, and every requirement can
-//! be missed.
+//! Verdict on the committed design of Squid: every figure is recomputed in another way, and every requirement can be
+//! missed.
 
 use crate::designs::committed;
 use squid_auv::longitudinal::{PITCH, SPEED};
@@ -26,14 +26,14 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid")
 }
 
-/// The input files, and the verdict with the default limits; computed once.
+/// Input files, and verdict with the default limits; computed once.
 static SQUID: LazyLock<(Inputs, Stored, Verdict)> = LazyLock::new(|| {
     let (inputs, stored) = committed();
     let verdict = Verdict::of(&inputs, &stored.controller, EFFORT).unwrap();
     (inputs, stored, verdict)
 });
 
-/// The same figures, assessed by the limits of a section [require].
+/// Assesses the same figures by the limits of a section [require].
 fn judged(section: &str) -> Verdict {
     let (inputs, stored, verdict) = &*SQUID;
     let text = squid_base::files::read(&folder().join("design.toml")).unwrap() + "\n[require]\n" + section;
@@ -50,14 +50,15 @@ fn near(found: f64, expected: f64) {
     assert!((found - expected).abs() <= 1e-9 * expected.abs().max(1e-6), "{found} {expected}");
 }
 
-/// A section with the same limit under every key.
+/// Section with the same limit under every key.
 fn all(limit: impl Fn(Sense) -> f64) -> String {
     REQUIREMENTS.iter().map(|r| format!("{} = {:?}\n", r.key, limit(r.sense))).collect()
 }
 
-/// The unsaturated rate of a lag, by a plant with the commands of the flight; assessed if there is a limit.
+/// The unsaturated rate of a lag is recomputed by a plant with the commands of the flight; it is assessed if there is a
+/// limit.
 #[test]
-fn the_use_of_a_rate_is_that_of_the_plant() {
+fn rate_use_equals_that_of_plant() {
     let (mut inputs, stored, _) = SQUID.clone();
     inputs.vehicle.actuators[0].rate = Some(200.0);
     let effort = Effort { frozen: 2, sampled: false, flown: 2, mu: 2 };
@@ -86,38 +87,37 @@ fn the_use_of_a_rate_is_that_of_the_plant() {
 }
 
 #[test]
-fn the_default_design_meets_the_default_limits() {
+fn default_design_meets_default_limits() {
     let (_, _, verdict) = &*SQUID;
     assert_eq!(verdict.missed().count(), 0, "{verdict}");
-    let asked = verdict.rows.iter().filter(|row| row.outcome == Outcome::Met).count();
+    let required = verdict.rows.iter().filter(|row| row.outcome == Outcome::Met).count();
     // Overshoot of two steps, three actuators, three margins, mu, two beyond the envelope, two held, one of corners,
     // three noises, the modes.
-    assert_eq!(asked, 18, "{verdict}");
+    assert_eq!(required, 18, "{verdict}");
     assert!(verdict.to_string().starts_with("all 18 requirements are met\n"), "{verdict}");
 }
 
-/// With the largest limits on margins and the smallest on the rest every row is missed; the other way round every one
-/// is met.
+/// Every row is missed with the largest limits on margins and the smallest on the rest, and met the other way round.
 #[test]
 fn every_requirement_can_be_missed_and_met() {
     let (_, _, verdict) = &*SQUID;
     let hard = judged(&all(|sense| if sense == Sense::Above { 1e6 } else { 0.0 }));
     assert_eq!(hard.missed().count(), hard.rows.len(), "{hard}");
     assert_eq!(hard.rows.len(), verdict.rows.len());
-    // Squid's design tracks neither depth nor heading.
+    // The design of Squid tracks neither depth nor heading.
     let own = |key: &str| !key.starts_with("depth") && !key.starts_with("heading");
     for requirement in REQUIREMENTS.iter().filter(|one| own(one.key)) {
         assert!(hard.rows.iter().any(|row| row.key == requirement.key), "{}", requirement.key);
     }
     let easy = judged(&all(|sense| if sense == Sense::Above { 0.0 } else { 1e6 }));
     assert!(easy.rows.iter().all(|row| row.outcome == Outcome::Met), "{easy}");
-    let words = hard.to_string();
-    assert!(words.contains("MISSED") && words.contains("> 1000000 deg"), "{words}");
+    let text = hard.to_string();
+    assert!(text.contains("MISSED") && text.contains("> 1000000 deg"), "{text}");
 }
 
 #[test]
-fn a_wrong_limit_is_refused_by_line() {
-    for (section, words) in [
+fn rejects_wrong_limits_with_line() {
+    for (section, expected) in [
         ("phase_margin = -1", "'require.phase_margin' is -1; it must be from 0 to 1000000 (deg)"),
         ("mu = \"one\"", "'require.mu' is the text \"one\"; it must be a number, from 0 to 1000000"),
         ("overshot = 5", "unknown key 'require.overshot' (did you mean 'overshoot'?)"),
@@ -126,7 +126,7 @@ fn a_wrong_limit_is_refused_by_line() {
         let line = text.matches('\n').count() + 2;
         let text = text + "[require]\n" + section;
         let found = DesignFile::parse(&text, "design.toml", "design").unwrap_err().to_string();
-        assert!(found.starts_with(&format!("design.toml:{line}: {words}")), "{found}");
+        assert!(found.starts_with(&format!("design.toml:{line}: {expected}")), "{found}");
     }
 }
 
@@ -158,7 +158,7 @@ fn frozen_figures_are_those_of_the_check() {
     near(found("gain of the weighted loop (gamma)"), stored.controller.gamma.bound);
 }
 
-/// Steps and the use of actuators, read from separate flights.
+/// Steps and the use of actuators equal those of separate flights.
 #[test]
 fn flown_figures_are_those_of_flights() {
     let (inputs, stored, verdict) = &*SQUID;
@@ -205,7 +205,7 @@ fn flown_figures_are_those_of_flights() {
 
 /// A vehicle that surfaces in its default flight misses the requirement on its actuators.
 #[test]
-fn a_flight_that_is_cut_short_is_missed() {
+fn flight_cut_short_is_missed() {
     let (inputs, stored, _) = &*SQUID;
     let mut shallow = inputs.clone();
     shallow.design.depth = 1.0;
@@ -218,9 +218,9 @@ fn a_flight_that_is_cut_short_is_missed() {
     assert_eq!(missed.found(), "unknown");
 }
 
-/// Corners of ranges that are nearly none are the vehicle itself, whose step is that of the verdict.
+/// Corners of vanishing ranges are the vehicle itself, whose step is that of the verdict.
 #[test]
-fn steps_at_corners_are_those_of_the_vehicle_without_ranges() {
+fn steps_at_vanishing_corners_equal_those_of_vehicle() {
     let (inputs, stored, verdict) = &*SQUID;
     let with = |factor: f64| {
         let mut inputs = inputs.clone();
@@ -242,7 +242,7 @@ fn steps_at_corners_are_those_of_the_vehicle_without_ranges() {
 
 /// Actuators that just hold level flight at the highest speed do not hold that of a vehicle with more drag.
 #[test]
-fn corners_that_hold_no_level_flight_are_counted() {
+fn counts_corners_without_level_flight() {
     let (inputs, stored, _) = &*SQUID;
     let mut weak = inputs.clone();
     let trim = weak.axis().at(weak.design.speed_max).unwrap().trim;
@@ -253,7 +253,7 @@ fn corners_that_hold_no_level_flight_are_counted() {
     let counts: Vec<_> =
         found.iter().map(|at| (at.speed, at.flown + at.untrimmed, at.untrimmed > 0)).collect();
     assert_eq!(counts, [(weak.design.speed_min, 12, false), (weak.design.speed_max, 12, true)]);
-    // With none of them flown there is no figure to compare with a limit.
+    // A verdict without any flown corner has no figure to compare with a limit.
     let none = Corners {
         flown: 0,
         untrimmed: 12,

@@ -1,8 +1,9 @@
 //! Balls around the uncertain model that contain its error against the vehicle, one ball per row of `[A B]`.
 //!
 //! The model is reduced, fitted over speed, and first order in the trim. At samples of speed and of the coefficients it
-//! is compared with the linearisation of the vehicle with these coefficients, trimmed again. Its trim parameters are
-//! set to that trim, as far as the box allows. Row i of the difference is `Delta_i F_i` with a row `|Delta_i| <= 1`.
+//! is compared with the linearisation of the vehicle with these coefficients about its own trim. The trim parameters of
+//! the model are set to that trim, as far as the box allows. Row i of the difference is `Delta_i F_i` with a row
+//! `|Delta_i| <= 1`.
 
 use crate::augment::place;
 use crate::error::Error;
@@ -16,7 +17,7 @@ use squid_lpv::matrix::Mat;
 use squid_lpv::model_error::ModelError;
 use squid_lpv::plant::GeneralisedPlant;
 
-/// The samples at which the model is compared with the vehicle.
+/// Samples at which the model is compared with the vehicle.
 #[derive(Debug, Clone, Copy)]
 struct Samples {
     speeds: usize,
@@ -29,15 +30,15 @@ struct Samples {
 
 const SAMPLES: Samples = Samples { speeds: 26, corners: 60, inside: 20, seed: 7 };
 
-/// The balls are larger than the sampled errors by this factor.
+/// Factor by which the balls exceed the sampled errors.
 pub const ENLARGEMENT: f64 = 1.6;
 
-/// Rows whose error is below this are exact. The half axis of a column is at least this fraction of the largest in its
-/// row.
+/// Rows whose error is below `EXACT` are exact. The half axis of a column is at least `LEAST_COLUMN` of the largest in
+/// its row.
 const EXACT: f64 = 1e-12;
 const LEAST_COLUMN: f64 = 1e-3;
 
-/// The balls for the fraction `share` of the declared box, in the coordinates of the plant of that fraction.
+/// Returns the balls for the fraction `share` of the declared box, in the coordinates of the plant of that fraction.
 ///
 /// # Errors
 /// [`Error::Uncertain`], the errors of the linearisation.
@@ -50,7 +51,7 @@ pub fn around(
     let errors = sampled_errors(inputs, model, share, SAMPLES)?;
     let (n, m, w) = (plant.a().nrows(), inputs.vehicle.actuators.len(), plant.b1().ncols());
     let states = inputs.design.states.len();
-    // From the plant's states and u to the model; the balls do not cover the effect of w on it.
+    // Map from the plant's states and u to the model; the balls do not cover the effect of w on it.
     let right = place(&inputs.vehicle.actuators, &inputs.design.with_unweighted_references())?
         .right
         .remove_columns(n, w);
@@ -73,7 +74,7 @@ pub fn around(
     Ok(balls)
 }
 
-/// For each row, unless it is exact, the half axes of an ellipsoid that contains it at all samples, enlarged.
+/// Half axes of an enlarged ellipsoid that contains each row at all samples; `None` for an exact row.
 fn half_axes(errors: &[Mat]) -> Vec<Option<Vec<f64>>> {
     let rows = errors.first().map_or(0, |m| m.nrows());
     let axes_of = |row: usize| {
@@ -90,7 +91,7 @@ fn half_axes(errors: &[Mat]) -> Vec<Option<Vec<f64>>> {
     (0..rows).map(axes_of).collect()
 }
 
-/// The errors of the model at the samples, with inputs in units of their reach.
+/// Errors of the model at the samples, with inputs in units of their reach.
 fn sampled_errors(
     inputs: &Inputs,
     model: &UncertainModel,
@@ -101,8 +102,7 @@ fn sampled_errors(
     for (i, speed) in inputs.design.spread(speeds).into_iter().enumerate() {
         let frozen = at_speed(inputs, speed)?;
         let n = frozen.parameters.len();
-        // Each speed has its own points. An interior point is the mean of two corners, or half of one, by a random
-        // weight.
+        // Each speed has its own points. An interior point is the mean of two corners, or half of one, at random.
         let seed = seed + i as u64;
         let mut points = random_corners(n, corners, seed);
         let pairs = random_corners(n, 2 * inside, seed + 1000);
@@ -129,9 +129,9 @@ mod tests {
     use crate::inputs::tests::shipped;
     use crate::uncertain::{Fidelity, over_range};
 
-    /// The balls contain errors at other speeds, corners and points than those they were made of.
+    /// The balls contain errors at other speeds, corners and points than those from which they were computed.
     #[test]
-    fn the_balls_contain_the_vehicle_where_they_were_not_measured() {
+    fn balls_contain_vehicle_at_other_samples() {
         for (name, design) in [("squid", "design"), ("remus100", "pitch")] {
             let inputs = shipped(name, design);
             let fit = Model::new(&inputs.axis(), &inputs.design).unwrap();

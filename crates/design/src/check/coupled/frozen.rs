@@ -1,4 +1,4 @@
-//! The loop of both autopilots in one steady turn, with the controllers frozen at its speed.
+//! Loop of both autopilots in one steady turn, with the controllers frozen at its speed.
 
 use crate::certify::controller_of;
 use crate::check::coupled::plant::part;
@@ -8,18 +8,18 @@ use crate::error::Error;
 use nalgebra::DVector;
 use squid_lpv::matrix::{Mat, block, diagonal_blocks, eigenvalues};
 
-/// The lag of an actuator that has none, s: faster than any mode of the loop.
+/// Lag of an actuator without one, s: faster than any mode of the loop.
 const SHORTEST_LAG: f64 = 1e-3;
 
-/// The largest real part of the eigenvalues of the loop in a steady turn, at a speed \[m/s\] and a rate of heading
-/// \[rad/s\], 1/s; `None` if there is no such turn.
+/// Returns the largest real part of the eigenvalues of the loop in a steady turn, at a speed \[m/s\] and a rate of
+/// heading \[rad/s\], 1/s; `None` if there is no such turn.
 ///
 /// # Errors
 /// [`Error`] of a controller that is not well posed at the speed.
 pub fn largest_real_part(turning: &Turning<'_>, speed: f64, rate: f64) -> Result<Option<f64>, Error> {
     let Ok((m, forward_speed)) = turning.motion(speed, rate) else { return Ok(None) };
     let axes = turning.axes();
-    // Rows of x' are those of its columns.
+    // The rows of x' have the indices of the columns of x.
     let x = axes.each_ref().map(Axis::state_columns).concat();
     let y = axes.each_ref().map(Axis::measured_rows).concat();
     let t = axes.each_ref().map(Axis::actuator_columns).concat();

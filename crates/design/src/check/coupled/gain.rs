@@ -1,6 +1,6 @@
-//! The gain of each axis from what turns add to it, back to that: a bound that proves the loop of both.
+//! Gain of each axis through the coupling terms of turns: a bound that proves the loop of both axes stable.
 //!
-//! With M_ii(rho, tau) the model of axis i and M = M_ii + D_ii on the diagonal, D_ij beside it, j the other axis,
+//! M_ii(rho, tau) is the model of axis i, M = M_ii + D_ii on the diagonal, and D_ij couples the other axis j:
 //!
 //! ```text
 //! [xi'; yi] = M_ii [xi; Ti] + U_i d_i,     d_i = U_i^-1 (D_ii [xi; Ti] + D_ij [xj; Tj])
@@ -14,14 +14,15 @@
 //! d/dt (g_1 V_1 + g_2 V_2) < g_1^2 |d_1|^2 + g_2^2 |d_2|^2 - |e_1|^2 - |e_2|^2
 //! ```
 //!
-//! so that the loop of both is exponentially stable for every trajectory of speed and rate of turn along which
-//! `g_1^2 |d_1|^2 + g_2^2 |d_2|^2 <= |e_1|^2 + |e_2|^2` for every state (small gain theorem: G. Zames, IEEE Trans.
-//! Automatic Control 11(2), 1966). The root of the largest ratio of both sides is what a turn takes of what is allowed.
+//! so that the loop of both is exponentially stable for every trajectory of speed and rate of turn along which `g_1^2
+//! |d_1|^2 + g_2^2 |d_2|^2 <= |e_1|^2 + |e_2|^2` for every state (small gain theorem: G. Zames, IEEE Trans. Automatic
+//! Control 11(2), 1966). The square root of the largest ratio of the two sides is the coupling of a turn relative to
+//! the allowed one.
 //!
 //! By `|p + q|^2 <= (1 + 1/b) |p|^2 + (1 + b) |q|^2` there is `|d_i|^2 <= (1 + 1/b_i) |G_i [xi; Ti]|^2 + (1 + b_i) |F_j
-//! [xj; Tj]|^2`, and so `|d_1|^2 + |d_2|^2 <= |e_1|^2 + |e_2|^2` in the turns from which F_i and G_i are computed: they
-//! take at most the larger of both gains. Turns between them are computed as well, and nothing is proved of others.
-//! U_i, a diagonal matrix, and b_i > 0 are free; see `balance`.
+//! [xj; Tj]|^2`, and so `|d_1|^2 + |d_2|^2 <= |e_1|^2 + |e_2|^2` in the turns from which F_i and G_i are computed:
+//! their relative coupling is at most the larger of the two gains. Turns between them are computed as well; nothing is
+//! proved about others. U_i, a diagonal matrix, and b_i > 0 are free; see `balance`.
 
 use crate::certify::controller_of;
 use crate::check::coupled::balance::{Response, complex, cover, units};
@@ -47,45 +48,45 @@ use squid_proof::error::ProofError;
 use squid_proof::same_plant::check_in_box;
 use squid_scheduled::Scheduling;
 
-/// The number of speeds of the turns whose D the bounds cover, closer to one another at the ends of the range.
+/// Number of speeds of the turns whose D the bounds cover, closer to one another at the ends of the range.
 pub const SPEEDS: usize = 13;
 
-/// Their number of rates to each side, beside straight flight.
+/// Number of rates of turn to each side, in addition to straight flight.
 pub const RATES: usize = 5;
 
-/// Shares of the limit of the rate of turn for which a bound is sought, until there is one.
+/// Fractions of the limit of the rate of turn, tried in this order until one has a bound.
 const SHARES: [f64; 6] = [1.5, 1.25, 1.0, 0.75, 0.5, 0.25];
 
-/// The files of the certificates: of the axis of pitch or depth, and of that of heading.
+/// Files of the certificates: of the axis of pitch or depth, and of the axis of heading.
 pub const CERTIFICATES: [&str; 2] = ["coupling_certificate.json", "coupling_certificate_2.json"];
 
 /// Proved gains of two axes.
 #[derive(Debug, Clone)]
 pub struct Coupling {
-    /// The least and the largest rate of turn up to which they are proved, over the speeds, rad/s.
+    /// Least and largest rate of turn up to which they are proved, over the speeds, rad/s.
     pub rates: [f64; 2],
-    /// Those rates by the limit of the reference.
+    /// Fraction of the limit of the reference that these rates are.
     pub share: f64,
-    /// The most that a turn takes of what the gains allow, of the turns computed: below 1.
+    /// Largest coupling of the computed turns relative to the one that the gains allow: below 1.
     pub taken: f64,
-    /// Of pitch or depth, and of heading: each gain is below 1.
+    /// Proofs of the axis of pitch or depth, and of the axis of heading: each gain is below 1.
     pub axes: [Proof; 2],
 }
 
 impl Coupling {
-    /// The gains.
+    /// Returns the gain of each axis.
     pub fn gains(&self) -> [f64; 2] {
         self.axes.each_ref().map(|axis| axis.theorem.gamma.unwrap_or(f64::INFINITY))
     }
 
-    /// What is proved; `names` are those of the axes.
+    /// Describes the proved claim; `names` are those of the axes.
     pub fn words(&self, names: [&str; 2]) -> String {
         words(self.rates, (self.share, self.taken), names, self.gains())
     }
 }
 
-/// What two gains below 1 prove, for rates of turn \[rad/s\], their share of the limit and what turns take of what is
-/// allowed; `names` are those of the axes.
+/// Describes the claim proved by two gains below 1, for rates of turn \[rad/s\], their fraction of the limit and the
+/// coupling relative to the allowed one; `names` are those of the axes.
 pub fn words(rates: [f64; 2], (share, taken): (f64, f64), names: [&str; 2], gains: [f64; 2]) -> String {
     let [least, most] = rates.map(|rate| tidy((100.0 * rate.to_degrees() + ROUNDING).floor() / 100.0, 2));
     let rates =
@@ -100,10 +101,10 @@ pub fn words(rates: [f64; 2], (share, taken): (f64, f64), names: [&str; 2], gain
     )
 }
 
-/// Rounding of a rate, 0.01 deg/s.
+/// Tolerance of the rounding of a rate, 0.01 deg/s.
 const ROUNDING: f64 = 1e-6;
 
-/// The gains in words.
+/// Text of the gains.
 fn of_both([one, other]: [&str; 2], gains: [f64; 2]) -> String {
     let [first, second] = gains.map(above);
     format!(
@@ -112,7 +113,7 @@ fn of_both([one, other]: [&str; 2], gains: [f64; 2]) -> String {
 }
 
 impl Turning<'_> {
-    /// The least and the largest share of the limit of the rate of turn over the common speeds, rad/s.
+    /// Returns the least and the largest rate of turn at a fraction `share` of its limit over the common speeds, rad/s.
     pub fn rates(&self, share: f64) -> [f64; 2] {
         let all = spread(self.speeds(), SPEEDS).into_iter().map(|speed| share * self.fastest(speed));
         all.fold([f64::INFINITY, 0.0], |[least, most], rate| [least.min(rate), most.max(rate)])
@@ -131,12 +132,12 @@ fn finer_at_the_ends([low, high]: [f64; 2], count: usize) -> Vec<f64> {
     (0..count).map(|i| if i + 1 == count { high } else { low + half * (1.0 - angle(i).cos()) }).collect()
 }
 
-/// Bounds the gains of two axes for rates of turn up to a share of the limit of the reference, the largest of those
-/// tried for which both are below 1, and proves them in exact arithmetic. `None` if there is none, if heading does not
-/// turn, or if commands are delayed, which the loop of the proof does not have.
+/// Bounds the gains of two axes for rates of turn up to a fraction of the limit of the reference, the largest of those
+/// tried for which both gains are below 1, and proves them in exact arithmetic. Returns `None` if there is none, if
+/// heading does not turn, or if commands are delayed, because the loop of the proof has no delay.
 ///
 /// # Errors
-/// [`Error`] of a controller whose matrices do not fit together.
+/// [`Error`] of a controller whose matrices do not match.
 pub fn coupling(turning: &Turning<'_>) -> Result<Option<Coupling>, Error> {
     let is_delayed = turning.designs.iter().any(|design| design.delay_ticks > 0);
     if is_delayed || turning.rates(1.0)[0] <= 0.0 {
@@ -148,8 +149,10 @@ pub fn coupling(turning: &Turning<'_>) -> Result<Option<Coupling>, Error> {
         let (one, other) = rayon::join(|| loops[0].proved(), || loops[1].proved());
         let Some((one, other)) = one.zip(other) else { continue };
         let axes = [one, other];
-        let taken =
-            turns.taken(&loops, axes.each_ref().map(|axis| axis.theorem.gamma.unwrap_or(f64::INFINITY)));
+        let taken = turns.relative_coupling(
+            &loops,
+            axes.each_ref().map(|axis| axis.theorem.gamma.unwrap_or(f64::INFINITY)),
+        );
         if taken < 1.0 {
             return Ok(Some(Coupling { rates: turning.rates(share), share, taken, axes }));
         }
@@ -157,12 +160,12 @@ pub fn coupling(turning: &Turning<'_>) -> Result<Option<Coupling>, Error> {
     Ok(None)
 }
 
-/// The share of the limit of the reference for which the plants of certificates are those of these designs, recomputed,
-/// at values spread over the parameters; and what turns take of what their gains allow.
+/// Returns the fraction of the limit of the reference for which the plants of certificates are those of these designs,
+/// recomputed, at values spread over the parameters; and the coupling of the turns relative to the allowed one.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`] if they are for none of those tried; [`ProofError::Mismatch`] if turns take more than is
-/// allowed.
+/// [`ProofError::WrongPlant`] if they are for none of the fractions tried; [`ProofError::Mismatch`] if a turn couples
+/// more than is allowed.
 pub fn share_of(
     turning: &Turning<'_>,
     certificates: [&Certificate; 2],
@@ -172,12 +175,12 @@ pub fn share_of(
     for share in SHARES {
         let Some(turns) = Turns::new(turning, share)? else { continue };
         let loops = turns.loops()?;
-        let same = loops.iter().zip(certificates).try_for_each(|(made, certificate)| {
-            check_in_box(&certificate.plant, &certificate.blocks, &made.plant)
+        let same = loops.iter().zip(certificates).try_for_each(|(recomputed, certificate)| {
+            check_in_box(&certificate.plant, &certificate.blocks, &recomputed.plant)
         });
         match same {
             Ok(()) => {
-                let taken = turns.taken(&loops, gains);
+                let taken = turns.relative_coupling(&loops, gains);
                 let wrong =
                     || ProofError::Mismatch { what: "a turn that couples more than is allowed".into() };
                 return (taken < 1.0).then_some((share, taken)).ok_or_else(|| wrong().into());
@@ -190,17 +193,17 @@ pub fn share_of(
 
 /// Turns, and the loop of each axis in them.
 struct Turns {
-    /// Each axis, in its own turns.
+    /// Plant of each axis, fitted to its turns.
     plants: [AxisPlant; 2],
     controllers: [Controller; 2],
-    /// `added[i][j]`: the D_ij, first of the turns that the bounds cover, then of those between.
+    /// Matrices D_ij at `[i][j]`, first of the turns that the bounds cover, then of those between.
     added: [[Vec<Mat>; 2]; 2],
-    /// The number of those that the bounds cover.
+    /// Number of turns that the bounds cover.
     covered: usize,
 }
 
 impl Turns {
-    /// `None` if there are no such turns.
+    /// Returns `None` if a turn does not exist.
     fn new(turning: &Turning<'_>, share: f64) -> Result<Option<Self>, Error> {
         let speeds = finer_at_the_ends(turning.speeds(), SPEEDS);
         let parts = spread([-1.0, 1.0], 2 * RATES + 1);
@@ -217,7 +220,7 @@ impl Turns {
         let mut turns = grid(&speeds, &parts);
         let covered = turns.len();
         turns.extend(grid(&other_speeds, &other_parts));
-        // The matrix M, tau and the forward speed of each turn.
+        // Matrix M, tau and forward speed of each turn.
         let motion = |(speed, tau, rate): &(f64, f64, f64)| {
             turning.motion(*speed, *rate).map(|(m, forward_speed)| (m, *tau, forward_speed))
         };
@@ -232,7 +235,7 @@ impl Turns {
                 m: m.clone(),
             };
             let samples: Vec<Sample> = motions.iter().map(sample).collect();
-            // The parameter of a design has its own range of speed, which may be wider.
+            // The scheduling range of a design may be wider than the common range of speed.
             let Scheduling { minimum, maximum, .. } = turning.designs[i].scheduling;
             let straight = spread([minimum, maximum], SPEEDS).into_iter();
             let straight: Result<Vec<_>, TrimError> =
@@ -258,7 +261,7 @@ impl Turns {
         }))
     }
 
-    /// The loop of each axis from d to e.
+    /// Returns the loop of each axis from d to e.
     fn loops(&self) -> Result<[Loop; 2], Error> {
         let responses = [self.responses(0)?, self.responses(1)?];
         let rows = [0, 1].map(|i| self.plants[i].axis.rows.len());
@@ -280,7 +283,7 @@ impl Turns {
             });
             (u, [f, g], [to_other, to_itself])
         });
-        // b of each axis: what it gives to itself by what the other gives to it.
+        // b of each axis: the gain to itself relative to the gain from the other axis.
         let b = [0, 1].map(|i| (parts[i].2[1] / parts[1 - i].2[0]).clamp(LEAST_B, 1.0 / LEAST_B));
         let of_axis = |i: usize| -> Result<Loop, Error> {
             let (u, [f, g], _) = &parts[i];
@@ -292,9 +295,9 @@ impl Turns {
         Ok([of_axis(0)?, of_axis(1)?])
     }
 
-    /// The most that a turn takes of what the gains of two loops allow.
-    fn taken(&self, loops: &[Loop; 2], gains: [f64; 2]) -> f64 {
-        // v of both axes per e.
+    /// Largest coupling of a turn relative to the one that the gains of two loops allow.
+    fn relative_coupling(&self, loops: &[Loop; 2], gains: [f64; 2]) -> f64 {
+        // [x; T] of both axes per e.
         let per_e = loops.each_ref().map(|axis| {
             symmetric_function(&(axis.c.transpose() * &axis.c), |value| {
                 value.max(f64::MIN_POSITIVE).powf(-0.5)
@@ -311,7 +314,7 @@ impl Turns {
         (0..self.added[0][0].len()).map(of).fold(0.0, f64::max)
     }
 
-    /// The responses of the frozen loops of an axis from \[x'; y\] to \[x; T\].
+    /// Responses of the frozen loops of an axis from \[x'; y\] to \[x; T\].
     fn responses(&self, axis: usize) -> Result<Vec<Response>, Error> {
         let plant = &self.plants[axis];
         let [rows, columns] = [&plant.axis.rows, &plant.axis.columns].map(Vec::len);
@@ -328,18 +331,18 @@ impl Turns {
     }
 }
 
-/// The loop of an axis from d to e.
+/// Loop of an axis from d to e.
 struct Loop {
     plant: GeneralisedPlant,
     controller: Controller,
-    /// The diagonal of U.
+    /// Diagonal of U.
     units: Vec<f64>,
-    /// e per \[x; T\].
+    /// Output matrix of e from \[x; T\].
     c: Mat,
 }
 
 impl Loop {
-    /// A certificate of a gain below 1.
+    /// Certificate of a gain below 1.
     fn proved(&self) -> Option<Proof> {
         let closed = self.plant.close(&self.controller);
         let bound = given_loop(&closed).ok()?;
@@ -348,16 +351,16 @@ impl Loop {
             let theorem = certificate.prove().ok().filter(|_| bound.gamma < 1.0)?;
             Some(Proof { certificate, theorem, model_error: None })
         };
-        // A tight bound can fail by rounding.
+        // Rounding may refute a tight bound.
         let raised = || with_raised_gamma(&closed, &LoopError::none(&closed), &bound);
         proof(&bound).or_else(|| proof(&raised()?))
     }
 }
 
-/// The frequencies of the responses by which units are chosen: their number, and the powers of ten of the ends, rad/s.
+/// Frequencies of the responses by which units are chosen: their number, and the powers of ten of the ends, rad/s.
 const FREQUENCIES: usize = 40;
 const SLOWEST: f64 = -3.0;
 const FASTEST: f64 = 2.0;
 
-/// The least b; the largest is its inverse.
+/// Least b; the largest is its inverse.
 const LEAST_B: f64 = 0.01;

@@ -1,10 +1,10 @@
-//! The loop of one axis in every turn: its part of M as a function of speed and rate of turn.
+//! Loop of one axis in every turn: its part of M as a function of speed and rate of turn.
 //!
 //! ```text
 //! [x'; y] = (P(rho) + tau N) [x; T] + B d,   z = C [x; T],   T' = (u - T)/lag,   u = K(rho) y
 //! ```
 //!
-//! rho is that of the design, P a polynomial, and tau in \[0, 1\] the rate of turn by its limit.
+//! rho is that of the design, P a polynomial, and tau in \[0, 1\] the rate of turn relative to its limit.
 
 use crate::check::coupled::turn::Axis;
 use crate::error::Error;
@@ -15,33 +15,33 @@ use squid_lpv::partition::Group::{T, U, W, X, Y, Z};
 use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::polynomial::MatrixPolynomial;
 
-/// The order of P, and singular values below this part of the largest are left out; what is left out is among what an
-/// axis does to itself (see [`super::gain`]).
+/// Order of P. Singular values below the fraction `DROP` of the largest are left out; the remainder counts as coupling
+/// of the axis to itself (see [`super::gain`]).
 const ORDER: usize = 2;
 const DROP: f64 = 1e-3;
 
-/// M in a turn, at the rho of an axis.
+/// Matrix M in a turn, at the rho of an axis.
 #[derive(Debug, Clone)]
 pub struct Sample {
-    /// rho.
+    /// Scheduling parameter of the axis.
     pub rho: f64,
-    /// tau.
+    /// Rate of turn relative to its limit.
     pub tau: f64,
-    /// M.
+    /// Matrix M.
     pub m: Mat,
 }
 
-/// The part of M of one axis, with its place in that.
+/// Part of M of one axis, with its indices in M.
 #[derive(Debug, Clone)]
 pub struct AxisPlant {
-    /// The axis.
+    /// Rows and columns of the axis in M.
     pub axis: Axis,
     /// P + tau N as an LFT in rho and 2 tau - 1.
     model: Lft,
 }
 
 impl AxisPlant {
-    /// Fits the part of an axis to its samples: P to those that are straight, N to the others.
+    /// Fits the part of an axis to its samples: P to the straight ones, N to the others.
     ///
     /// # Errors
     /// [`ModelError::System`](crate::error::ModelError::System).
@@ -63,7 +63,7 @@ impl AxisPlant {
         Ok(Self { model: Lft::from_polynomial(&polynomial, DROP).add(&by_rate), axis })
     }
 
-    /// What it differs by from a sample, rows \[x'; y\], columns \[x; T\].
+    /// Returns the difference of a sample from the fit, rows \[x'; y\], columns \[x; T\].
     ///
     /// # Errors
     /// [`ModelError::System`](crate::error::ModelError::System).
@@ -72,7 +72,7 @@ impl AxisPlant {
         Ok(part(m, rows, columns) - self.model.evaluate(&[*rho, 2.0 * tau - 1.0])?)
     }
 
-    /// The plant with B (rows \[x'; y\]) and C (columns \[x; T\]).
+    /// Builds the plant with B (rows \[x'; y\]) and C (columns \[x; T\]).
     ///
     /// # Errors
     /// [`ModelError::System`](crate::error::ModelError), an internal error.
@@ -97,15 +97,15 @@ impl AxisPlant {
             }
         }
         let Lft { constant, left, inner, right, channels } = &self.model;
-        let still = |columns: usize| Mat::zeros(lagged.len(), columns);
+        let no_motion = |columns: usize| Mat::zeros(lagged.len(), columns);
         let (moved, measured) = (constant.rows(0, n).into_owned(), constant.rows_range(n..).into_owned());
         let rows = |m: &Mat| (m.rows(0, n).into_owned(), m.rows_range(n..).into_owned());
         let ((left_x, left_y), (b_x, b_y)) = (rows(left), rows(b));
         let count = |parameter: usize| channels.iter().filter(|one| **one == parameter).count();
         let parts = [
             (X, X, block(&[&[&(&moved * &from_state)], &[&lag]])),
-            (X, T, block(&[&[&left_x], &[&still(left.ncols())]])),
-            (X, W, block(&[&[&b_x], &[&still(b.ncols())]])),
+            (X, T, block(&[&[&left_x], &[&no_motion(left.ncols())]])),
+            (X, W, block(&[&[&b_x], &[&no_motion(b.ncols())]])),
             (X, U, block(&[&[&(&moved * &from_command)], &[&by_command]])),
             (T, X, right * &from_state),
             (T, T, inner.clone()),
@@ -116,20 +116,20 @@ impl AxisPlant {
             (Y, T, left_y),
             (Y, W, b_y),
         ];
-        // The rate of turn is no parameter without a channel.
+        // Without a channel, the rate of turn is no parameter.
         let blocks = if count(1) > 0 { vec![count(0), count(1)] } else { vec![count(0)] };
         Ok(GeneralisedPlant::new(blocks, &parts)?)
     }
 }
 
-/// The controller of an axis, in the parameters of its plant: it does not depend on the rate of turn.
+/// Adds the parameters of the plant of an axis to its controller, which does not depend on the rate of turn.
 pub fn in_parameters_of(plant: &GeneralisedPlant, controller: &Controller) -> Controller {
     let mut blocks = controller.blocks.clone();
     blocks.resize(plant.blocks.len().max(blocks.len()), 0);
     Controller { blocks, ..controller.clone() }
 }
 
-/// The entries of some rows and columns.
+/// Selects entries by their rows and columns.
 pub fn part(m: &Mat, rows: &[usize], columns: &[usize]) -> Mat {
     m.select_rows(rows).select_columns(columns)
 }

@@ -1,91 +1,91 @@
-//! The linear motion about a steady turn, as two axes have it.
+//! Linear motion of two axes about a steady turn.
 
 use crate::error::Error;
 use squid_auv::{Dual64, Motion, Pitch, TrimError, VIEWS, Vehicle, lateral, linearise_turn};
 use squid_lpv::matrix::Mat;
 use squid_scheduled::{Autopilot, ControllerDesign, Kind, Trim};
 
-/// The states of [`linearise_turn`], on which forces depend.
+/// States of [`linearise_turn`], on which forces depend.
 const DYNAMIC: [&str; 8] = ["u", "w", "q", "theta", "v", "p", "r", "phi"];
 
-/// Those of each axis.
+/// States of each axis.
 const LEVEL: [&str; 5] = ["u", "w", "q", "theta", "z"];
 const LATERAL: [&str; 5] = ["v", "p", "r", "phi", "psi"];
 
-/// A vehicle in turns at one depth, and the designs of its axes: of pitch or depth, and of heading.
+/// Vehicle in turns at one depth, and the designs of its axes: of pitch or depth, and of heading.
 #[derive(Debug, Clone)]
 pub struct Turning<'a> {
-    whole: &'a Vehicle,
+    vehicle: &'a Vehicle,
     depth: f64,
     pitch: &'a Pitch,
-    /// Of pitch or depth, and of heading.
+    /// Designs of the axis of pitch or depth, and of the axis of heading.
     pub designs: [&'a ControllerDesign; 2],
     trims: [Trim; 2],
 }
 
-/// An axis in the matrix M of [`Turning::motion`].
+/// Indices of an axis in the matrix M of [`Turning::motion`].
 #[derive(Debug, Clone)]
 pub struct Axis {
-    /// The rows of x' and of y.
+    /// Rows of x' and of y.
     pub rows: Vec<usize>,
-    /// The columns of x and of T.
+    /// Columns of x and of T.
     pub columns: Vec<usize>,
-    /// The number of states x.
+    /// Number of states x.
     pub states: usize,
-    /// Of each of its actuators, those of the vehicle: output per command of the controller, and lag \[s\].
+    /// Output per command of the controller, and lag \[s\], of each actuator of the axis.
     pub actuators: Vec<(f64, f64)>,
 }
 
 impl Axis {
-    /// The columns of x.
+    /// Returns the columns of x.
     pub fn state_columns(&self) -> &[usize] {
         &self.columns[..self.states]
     }
 
-    /// The columns of T.
+    /// Returns the columns of T.
     pub fn actuator_columns(&self) -> &[usize] {
         &self.columns[self.states..]
     }
 
-    /// The rows of y.
+    /// Returns the rows of y.
     pub fn measured_rows(&self) -> &[usize] {
         &self.rows[self.states..]
     }
 }
 
 impl<'a> Turning<'a> {
-    /// A vehicle as its file has it, at a depth \[m\] and with a pitch in trim, under a design of pitch or depth and
-    /// one of heading.
+    /// Combines a vehicle in six degrees of freedom, at a depth \[m\] and with a pitch in trim, with a design of pitch
+    /// or depth and one of heading.
     ///
     /// # Errors
     /// [`Error`] of a design that cannot be flown.
     pub fn new(
-        whole: &'a Vehicle,
+        vehicle: &'a Vehicle,
         (depth, pitch): (f64, &'a Pitch),
         designs: [&'a ControllerDesign; 2],
     ) -> Result<Self, Error> {
         let trim = |design| Ok::<_, Error>(Autopilot::new(design)?.trim().clone());
         let trims = [trim(designs[0])?, trim(designs[1])?];
-        Ok(Self { whole, depth, pitch, designs, trims })
+        Ok(Self { vehicle, depth, pitch, designs, trims })
     }
 }
 
 impl Turning<'_> {
-    /// The range of speed that both designs have, m/s.
+    /// Returns the common range of speed of both designs, m/s.
     pub fn speeds(&self) -> [f64; 2] {
         let [one, other] = self.designs.map(|design| &design.scheduling);
         [one.minimum.max(other.minimum), one.maximum.min(other.maximum)]
     }
 
-    /// The rho of an axis at a forward speed \[m/s\], as its autopilot has it. In a turn that is not the speed along
-    /// the path, by which a turn is named.
+    /// Returns the rho of an axis at a forward speed \[m/s\], as computed by its autopilot. In a turn the forward speed
+    /// differs from the speed along the path, which identifies a turn.
     pub fn rho(&self, axis: usize, forward_speed: f64) -> f64 {
         let scheduling = &self.designs[axis].scheduling;
         ((self.trims[axis].speed(forward_speed) - scheduling.centre) / scheduling.half_range).clamp(-1.0, 1.0)
     }
 
-    /// The limit of the rate of turn at a speed along the path \[m/s\], rad/s: that of the reference, the smaller of
-    /// both sides.
+    /// Returns the limit of the rate of turn at a speed along the path \[m/s\], rad/s: that of the reference, the
+    /// smaller of both sides.
     pub fn fastest(&self, speed: f64) -> f64 {
         let limits = self.designs[1].envelope.get(lateral::SIGNALS[lateral::HEADING].name);
         let ends = limits.and_then(|limits| limits.rate.as_ref());
@@ -95,19 +95,19 @@ impl Turning<'_> {
         end(0).min(end(1))
     }
 
-    /// The states x of both axes.
+    /// States x of both axes.
     fn states(&self) -> Vec<&'static str> {
-        // A depth that nothing holds integrates, and is no state; nor is a speed that is given.
+        // A depth that is not controlled only integrates and is no state; nor is a given speed.
         let holds = |design: &&ControllerDesign| {
             design.controller_inputs.iter().any(|one| ["depth", "altitude"].contains(&one.signal.as_str()))
         };
         let is_held = self.designs.iter().any(holds);
-        let is_given = self.whole.coefficients.surge.is_given();
+        let is_given = self.vehicle.coefficients.surge.is_given();
         let level = LEVEL.into_iter().filter(|one| (*one != "z" || is_held) && (*one != "u" || !is_given));
         level.chain(LATERAL).collect()
     }
 
-    /// The axes.
+    /// Returns the indices of both axes in M.
     pub fn axes(&self) -> [Axis; 2] {
         let states = self.states();
         let mut measured = states.len();
@@ -117,39 +117,42 @@ impl Turning<'_> {
             let own: Vec<usize> = (0..states.len()).filter(|i| is_own(states[*i])).collect();
             let first = measured;
             measured += design.controller_inputs.len();
-            let place = |name: &str| self.whole.actuators.iter().position(|one| one.name == name);
-            let found = design.actuators.iter().filter_map(|one| Some((place(&one.name)?, one.scale)));
+            let index = |name: &str| self.vehicle.actuators.iter().position(|one| one.name == name);
+            let found = design.actuators.iter().filter_map(|one| Some((index(&one.name)?, one.scale)));
             let found: Vec<(usize, f64)> = found.collect();
             Axis {
                 rows: own.iter().copied().chain(first..measured).collect(),
                 columns: own.iter().copied().chain(found.iter().map(|(at, _)| states.len() + at)).collect(),
                 states: own.len(),
-                actuators: found.iter().map(|(at, scale)| (*scale, self.whole.actuators[*at].lag)).collect(),
+                actuators: found
+                    .iter()
+                    .map(|(at, scale)| (*scale, self.vehicle.actuators[*at].lag))
+                    .collect(),
             }
         })
     }
 
-    /// M at a speed along the path \[m/s\] and a rate of heading \[rad/s\]: rows x' of both axes, then y1 and y2 in
-    /// units of their scales; columns x of both axes, then the outputs of all actuators of the vehicle. Beside it the
-    /// forward speed in that turn \[m/s\].
+    /// Returns M at a speed along the path \[m/s\] and a rate of heading \[rad/s\], and the forward speed in that turn
+    /// \[m/s\]. Rows of M: x' of both axes, then y1 and y2 in units of their scales; columns: x of both axes, then the
+    /// outputs of all actuators of the vehicle.
     ///
     /// # Errors
     /// [`TrimError`]: no such turn.
     pub fn motion(&self, speed: f64, rate: f64) -> Result<(Mat, f64), TrimError> {
-        let turn = squid_auv::turn(self.whole, speed, rate, self.depth, self.pitch)?;
-        let (a, b) = linearise_turn(self.whole, &turn)?;
+        let turn = squid_auv::turn(self.vehicle, speed, rate, self.depth, self.pitch)?;
+        let (a, b) = linearise_turn(self.vehicle, &turn)?;
         let [pitch_rate, heading_rate, sinking] = gradients(&turn.motion);
         let states = self.states();
-        let (n, m) = (states.len(), self.whole.actuators.len());
-        let place = |state: &str| DYNAMIC.iter().position(|one| *one == state);
-        // A row over [x; T] of one over the states of `linearise_turn`.
+        let (n, m) = (states.len(), self.vehicle.actuators.len());
+        let index = |state: &str| DYNAMIC.iter().position(|one| *one == state);
+        // Rearranges a row over the states of `linearise_turn` to one over [x; T].
         let over = |row: &Mat| {
-            let entry = |j: usize| states.get(j).and_then(|state| place(state)).map_or(0.0, |from| row[from]);
+            let entry = |j: usize| states.get(j).and_then(|state| index(state)).map_or(0.0, |from| row[from]);
             Mat::from_fn(1, n + m, |_, j| entry(j))
         };
         let rows: Vec<Mat> = states
             .iter()
-            .map(|state| match (*state, place(state)) {
+            .map(|state| match (*state, index(state)) {
                 (_, Some(from)) => {
                     let mut row = over(&a.rows(from, 1).into_owned());
                     row.columns_mut(n, m).copy_from(&b.rows(from, 1));
@@ -180,13 +183,13 @@ impl Turning<'_> {
     }
 }
 
-/// The row of a signal in the output equation of its view.
+/// Row of a signal in the output equation of its view.
 fn row_of(signal: &str) -> &'static [(&'static str, f64)] {
     let mut all = VIEWS.iter().flat_map(|view| view.interface.signals);
     all.find(|one| one.name == signal).map_or(&[], |one| one.row)
 }
 
-/// How theta', psi' and z' change with the states of [`linearise_turn`], 1 x 8 each.
+/// Gradients of theta', psi' and z' with respect to the states of [`linearise_turn`], 1 x 8 each.
 fn gradients(at: &Motion) -> [Mat; 3] {
     let start = [at.u, at.w, at.q, at.theta, at.v, at.p, at.r, at.phi];
     let mut rows = [(); 3].map(|()| Mat::zeros(1, DYNAMIC.len()));

@@ -1,30 +1,30 @@
-//! The section `[envelope]`: what the references may ask.
+//! Section `[envelope]`: the limits of the references.
 
 use crate::inputs::design_file::values::{angle, within};
 use crate::inputs::design_file::{Envelope, Range};
 use squid_auv::number;
 use squid_auv::toml_file::Table;
 
-/// The share of an actuator.
+/// Fraction of an actuator's limits.
 const AUTHORITY: Range =
     Range { least: 0.1, most: 1.0, words: "from 0.1 to 1, a share of each actuator's limits" };
 
-/// The largest pitch reference, deg: the pitch of Euler angles and the plane of the model end before 90.
+/// Largest pitch reference, deg: Euler angles and the planar model break down near 90.
 const STEEPEST: f64 = 60.0;
 
-/// The fastest turn of a reference, deg/s.
+/// Fastest turn of a reference, deg/s.
 const FASTEST: f64 = 90.0;
 
 impl Envelope {
-    /// That of an axis of heading.
+    /// Reads the section of an axis of heading.
     pub(super) fn of_heading(table: &Table<'_>) -> Option<Self> {
         table.allow_only(&["turn_rate", "unit"]);
         let factor = if table.has("turn_rate") { angle(table) } else { Some(1.0) };
         let default = Self::default();
         let turn_rate = table.or("turn_rate", Some(default.turn_rate), |table, key| {
             let allowed = |v: f64| v > 0.0 && factor.is_none_or(|factor| v * factor <= FASTEST.to_radians());
-            let words = "above 0, at most 90 deg, the rate of heading in a second";
-            Some(factor.map(|factor| factor * table.number(key, allowed, words).unwrap_or(f64::NAN)))
+            let allowed_text = "above 0, at most 90 deg, the rate of heading in a second";
+            Some(factor.map(|factor| factor * table.number(key, allowed, allowed_text).unwrap_or(f64::NAN)))
         });
         Some(Self { turn_rate: turn_rate?.filter(|rate| !rate.is_nan())?, ..default })
     }
@@ -36,15 +36,15 @@ impl Envelope {
         let factor = if table.has("pitch") || table.has("path_angle") { angle(table) } else { Some(1.0) };
         let steep = move |v: f64| factor.is_none_or(|factor| (v * factor).abs() <= STEEPEST.to_radians());
         let pitch = table.or("pitch", Some(default.pitch), |table, key| {
-            let words = "[least, largest], the pitch references allowed, each at most 60 deg in size";
-            let numbers = table.numbers(key, words)?;
+            let allowed_text = "[least, largest], the pitch references allowed, each at most 60 deg in size";
+            let numbers = table.numbers(key, allowed_text)?;
             match numbers.as_slice() {
                 [least, most] if least <= most && steep(*least) && steep(*most) => {
                     Some(factor.map(|factor| [least * factor, most * factor]))
                 }
                 _ => {
                     let found: Vec<String> = numbers.into_iter().map(number).collect();
-                    table.not_allowed(key, format!("[{}]", found.join(", ")), words);
+                    table.not_allowed(key, format!("[{}]", found.join(", ")), allowed_text);
                     None
                 }
             }

@@ -1,18 +1,18 @@
-//! The section `[failsafe]`: what is flown when sensors fail.
+//! Section `[failsafe]`: the behaviour when sensors fail.
 
 use crate::inputs::design_file::values::within;
 use crate::inputs::design_file::{Failsafe, Range, Safe, SensorKeys};
 use squid_auv::toml_file::Table;
 use squid_signals::Signal;
 
-/// The time of a sensor that does not change.
+/// Time without change after which a measurement counts as lost.
 const STALE: Range = Range { least: 0.0, most: 60.0, words: "from 0, for never, to 60 (s)" };
 
-/// The time between two values of a sensor.
+/// Time between two values of a sensor.
 const PERIOD: Range = Range { least: 0.0, most: 60.0, words: "from 0, for each tick, to 60 (s)" };
 
 impl Failsafe {
-    /// Reads the section; a sensor of each signal may have a table if it is `measured`.
+    /// Reads the section; only signals that are `measured` may have a table of their sensor.
     pub(super) fn of(
         table: &Table<'_>,
         signals: &'static [Signal],
@@ -25,8 +25,8 @@ impl Failsafe {
         }
         let Self { stale_after, safe, .. } = Self::default();
         let stale_after = table.or("stale_after", stale_after, |table, key| within(table, key, STALE));
-        let words: Vec<&str> = Safe::ALL.iter().map(|safe| safe.word()).collect();
-        let safe = table.or("safe", safe, |table, key| Some(Safe::ALL[table.one_of(key, &words)?]));
+        let choices: Vec<&str> = Safe::ALL.iter().map(|safe| safe.word()).collect();
+        let safe = table.or("safe", safe, |table, key| Some(Safe::ALL[table.one_of(key, &choices)?]));
         let tables = signals.iter().filter_map(|signal| Some((signal, table.table(signal.name)?)));
         let sensors: Vec<Option<SensorKeys>> = tables.map(|(signal, table)| sensor(signal, &table)).collect();
         Some(Self {
@@ -37,7 +37,7 @@ impl Failsafe {
     }
 }
 
-/// The table of a sensor.
+/// Reads the table of a sensor.
 fn sensor(signal: &'static Signal, table: &Table<'_>) -> Option<SensorKeys> {
     table.allow_only(&["resolution", "unit", "period"]);
     let resolution = if table.has("resolution") {

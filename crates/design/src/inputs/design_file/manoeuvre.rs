@@ -12,20 +12,20 @@ use std::f64::consts::FRAC_PI_2;
 /// Time from the end of the flight to the end of the step of the default manoeuvre, s.
 const NEVER: f64 = 1e6;
 
-/// The limits of the design on a manoeuvre; `None` for those that could not be read.
+/// Limits of the design on a manoeuvre; `None` for those that could not be read.
 pub(super) struct Limits<'a> {
-    /// The range of speed, m/s.
+    /// Range of speed, m/s.
     pub speeds: Option<(f64, f64)>,
-    /// The signals.
+    /// States and signals of the axis.
     pub interface: &'static Interface,
-    /// The tracked outputs: their scales are the largest references.
+    /// Tracked outputs, whose scales are the largest references.
     pub tracked: &'a [Tracked],
-    /// The longest flight, s.
+    /// Longest flight, s.
     pub duration: Option<f64>,
 }
 
 impl Limits<'_> {
-    /// The default manoeuvre: a step of at most the scale, at speeds in the range of the design.
+    /// Reads the default manoeuvre: a step of at most the scale, at speeds in the range of the design.
     pub fn manoeuvre(&self, table: &Table<'_>) -> Option<Manoeuvre> {
         let steps = self.steps();
         let keys: Vec<String> = steps.iter().map(|signal| format!("{}_step", signal.name)).collect();
@@ -42,7 +42,7 @@ impl Limits<'_> {
         table.allow_only(&allowed);
         let scale =
             |signal: &Signal| self.tracked.iter().find(|t| t.signal.name == signal.name).map(|t| t.scale);
-        // A design that tracks none has a step of the first, because its FMU has that parameter.
+        // A design that tracks no signal steps the first one, because its FMU has that parameter.
         let none = steps.iter().all(|signal| scale(signal).is_none());
         let flown: Vec<bool> =
             steps.iter().enumerate().map(|(i, signal)| scale(signal).is_some() || (none && i == 0)).collect();
@@ -59,11 +59,11 @@ impl Limits<'_> {
             complete &= no_step(table, "unit", signal).is_some();
         }
         let most = self.duration.unwrap_or(f64::INFINITY);
-        let words = format!("above 0 and at most {} (s), a million sample times", number(most));
-        let duration = table.number("duration", |v| v > 0.0 && v <= most, &words);
+        let allowed_text = format!("above 0 and at most {} (s), a million sample times", number(most));
+        let duration = table.number("duration", |v| v > 0.0 && v <= most, &allowed_text);
         let end = duration.unwrap_or(f64::INFINITY);
-        let before = "0 or more, and before the end of the flight (s)";
-        let step_time = table.number("step_time", |v| v >= 0.0 && v < end, before);
+        let step_time_text = "0 or more, and before the end of the flight (s)";
+        let step_time = table.number("step_time", |v| v >= 0.0 && v < end, step_time_text);
         let (speed_from, speed_to) = (self.speed(table, "speed_from"), self.speed(table, "speed_to"));
         let ramp_start = table.number("ramp_start", |v| v >= 0.0, "0 or more (s)");
         let ramp_duration = table.number("ramp_duration", |v| v > 0.0, "above 0 (s)");
@@ -80,7 +80,7 @@ impl Limits<'_> {
         })
     }
 
-    /// The signals that can step: those that can be tracked, besides the one that is scheduled on.
+    /// Signals that can step: those that can be tracked, besides the scheduled one.
     fn steps(&self) -> Vec<&'static Signal> {
         let steps = self.interface.tracked().map(|(signal, _)| signal);
         steps.filter(|signal| signal.level != Level::Scheduled).collect()
@@ -88,53 +88,53 @@ impl Limits<'_> {
 
     fn speed(&self, table: &Table<'_>, key: &str) -> Option<f64> {
         let (low, high) = self.speeds.unwrap_or((f64::MIN, f64::MAX));
-        let words = match self.speeds {
+        let allowed_text = match self.speeds {
             Some(_) => format!("from {} to {} (m/s), the range of the design", number(low), number(high)),
             None => "within the range of the design (m/s)".into(),
         };
-        table.number(key, |v| (low..=high).contains(&v), &words)
+        table.number(key, |v| (low..=high).contains(&v), &allowed_text)
     }
 }
 
-/// A step of 0 for an output that is not tracked; its key must be absent.
+/// Step of 0 for an output that is not tracked; its key must be absent.
 fn no_step(table: &Table<'_>, key: &str, signal: &Signal) -> Option<f64> {
     if table.has(key) {
-        let words = format!("left out, since no [[track]] has the output '{}'", signal.name);
-        table.not_allowed(key, "given", words);
+        let allowed_text = format!("left out, since no [[track]] has the output '{}'", signal.name);
+        table.not_allowed(key, "given", allowed_text);
         return None;
     }
     Some(0.0)
 }
 
-/// The step of a signal, SI: an angle in the unit of the table, at most its scale and within its range.
+/// Step of a signal, SI: an angle in the unit of the table, at most its scale and within its range.
 fn step(table: &Table<'_>, key: &str, signal: &Signal, scale: Option<f64>) -> Option<f64> {
     let factor = if signal.unit == "rad" { angle(table)? } else { 1.0 };
     let [_, most] = signal.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
     let Some(scale) = scale.filter(|scale| *scale < most) else {
         let (limit, unit) = (rounded(most / factor), unit(signal, factor));
-        let words = match most {
+        let allowed_text = match most {
             FRAC_PI_2 => "other than 0 and below a right angle".to_owned(),
             f64::INFINITY => "other than 0".to_owned(),
             _ => format!("other than 0 and below {limit} {unit} in size"),
         };
         return table
-            .number(key, |v| v != 0.0 && (v * factor).abs() < most, &words)
+            .number(key, |v| v != 0.0 && (v * factor).abs() < most, &allowed_text)
             .map(|step| factor * step);
     };
     let shown = match unit(signal, factor) {
         unit @ ("deg" | "rad") => format!("{} {unit}", rounded(scale / factor)),
         unit => format!("{} ({unit})", rounded(scale / factor)),
     };
-    let words = format!(
+    let allowed_text = format!(
         "other than 0 and at most {shown} in size, the 'scale' of {}: the largest reference that the design is made \
          for",
         signal.name
     );
     let allowed = |v: f64| v != 0.0 && (v * factor).abs() <= scale * (1.0 + ROUNDING);
-    table.number(key, allowed, &words).map(|step| factor * step)
+    table.number(key, allowed, &allowed_text).map(|step| factor * step)
 }
 
-/// The unit of a step with a factor to SI.
+/// Unit of a step with a factor to SI.
 fn unit(signal: &Signal, factor: f64) -> &'static str {
     if signal.unit == "rad" && factor != 1.0 { "deg" } else { signal.unit }
 }

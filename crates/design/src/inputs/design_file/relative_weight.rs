@@ -1,4 +1,4 @@
-//! The table `[control.actuators]` of a design file: W_u of single actuators, relative to that of all.
+//! Table `[control.actuators]` of a design file: weights of single actuators relative to W_u.
 
 use squid_auv::Vehicle;
 use squid_auv::toml_file::{Document, FileError, FileProblem, Mistake, Table};
@@ -6,22 +6,22 @@ use std::ops::RangeInclusive;
 
 const TABLE: &str = "control.actuators";
 
-/// The factors that are allowed.
+/// Allowed factors.
 const FACTORS: RangeInclusive<f64> = 0.01..=100.0;
 const ALLOWED: &str = "from 0.01 to 100, relative to 'control.weight'";
 
-/// W_u of one actuator, relative to that of all.
+/// Weight of one actuator relative to W_u.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RelativeWeight {
-    /// The name of the actuator in the vehicle file.
+    /// Name of the actuator in the vehicle file.
     pub actuator: String,
-    /// W_u of the actuator over `control.weight`.
+    /// Ratio of the weight to `control.weight`.
     pub factor: f64,
-    /// The line of the design file.
+    /// Line of the design file.
     pub line: usize,
 }
 
-/// The entries of the table; those that cannot be read are left out.
+/// Reads the entries of the table; unreadable ones are left out.
 pub(super) fn read(document: &Document<'_>, control: &Table<'_>) -> Vec<RelativeWeight> {
     let Some(table) = control.table("actuators") else { return vec![] };
     let each = table.keys().into_iter().filter_map(|(at, name)| {

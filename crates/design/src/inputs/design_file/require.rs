@@ -4,7 +4,7 @@ use serde::Serialize;
 use squid_auv::number;
 use squid_auv::toml_file::Table;
 
-/// Which side of a limit a figure must be on.
+/// Required side of a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Sense {
@@ -14,16 +14,16 @@ pub enum Sense {
     Below,
 }
 
-/// A key of `[require]`.
+/// Key of `[require]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Requirement {
-    /// The key.
+    /// Name of the key.
     pub key: &'static str,
-    /// The unit of its limit.
+    /// Unit of the limit.
     pub unit: &'static str,
-    /// The side of the limit that meets the requirement.
+    /// Side of the limit that meets the requirement.
     pub sense: Sense,
-    /// The limit if the file gives none; `None` for a figure that is only reported.
+    /// Limit if the file gives none; `None` for a figure that is only reported.
     pub default: Option<f64>,
 }
 
@@ -35,7 +35,7 @@ const fn below(key: &'static str, unit: &'static str, default: Option<f64>) -> R
     Requirement { key, unit, sense: Sense::Below, default }
 }
 
-/// All keys, in the order of the verdict.
+/// All keys of `[require]`, in the order of the verdict.
 pub const REQUIREMENTS: [Requirement; 27] = [
     below("gamma", "", None),
     below("sampled_gain", "", None),
@@ -66,10 +66,10 @@ pub const REQUIREMENTS: [Requirement; 27] = [
     below("controller_mode", "%", Some(20.0)),
 ];
 
-/// The largest limit.
+/// Largest limit.
 const LARGEST: f64 = 1e6;
 
-/// The limits, in the order of [`REQUIREMENTS`] and in their units.
+/// Limits, in the order of [`REQUIREMENTS`] and in their units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Require {
     limits: [Option<f64>; REQUIREMENTS.len()],
@@ -89,14 +89,14 @@ impl Require {
         for (limit, Requirement { key, unit, .. }) in require.limits.iter_mut().zip(REQUIREMENTS) {
             if table.has(key) {
                 let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
-                let words = format!("from 0 to {}{unit}", number(LARGEST));
-                *limit = Some(table.number(key, |v| (0.0..=LARGEST).contains(&v), &words)?);
+                let allowed_text = format!("from 0 to {}{unit}", number(LARGEST));
+                *limit = Some(table.number(key, |v| (0.0..=LARGEST).contains(&v), &allowed_text)?);
             }
         }
         Some(require)
     }
 
-    /// The limit of a key, if one is required.
+    /// Returns the limit of a key, if one is required.
     pub fn limit(&self, key: &str) -> Option<f64> {
         REQUIREMENTS
             .iter()

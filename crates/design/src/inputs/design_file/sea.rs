@@ -1,4 +1,4 @@
-//! The sea for which a controller is designed: the table `[sea]`.
+//! Sea for which a controller is designed: the table `[sea]`.
 
 use crate::axis::Linearisation;
 use squid_auv::RegularWaves;
@@ -6,31 +6,31 @@ use squid_flight::sea::WaveParameters;
 use squid_lpv::matrix::Mat;
 use squid_sea::ShapingFilter;
 
-/// The sea for which a controller is designed.
+/// Sea for which a controller is designed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorkingSea {
-    /// The depth of the vehicle \[m\].
+    /// Depth of the vehicle \[m\].
     pub depth: f64,
-    /// The waves.
+    /// Spectrum and heading of the waves.
     pub waves: WaveParameters,
     /// Factor on the wave amplitude.
     pub weight: f64,
 }
 
 impl WorkingSea {
-    /// The waves as filtered noise, in the encounter frequency at a speed \[m/s\]; `None` if the waves carry the
-    /// vehicle along.
+    /// Returns the waves as filtered noise, in the encounter frequency at a speed \[m/s\]; `None` if the waves carry
+    /// the vehicle along.
     pub fn filter(&self, speed: f64) -> Option<ShapingFilter> {
         ShapingFilter::met(&self.waves.spectrum, self.waves.heading, speed)
     }
 
-    /// The regular waves at the peak frequency.
+    /// Returns the regular waves at the peak frequency.
     pub fn regular(&self) -> RegularWaves {
         let (frequency, heading) = (self.waves.spectrum.peak(), self.waves.heading);
         RegularWaves { frequency, heading, depth: self.depth }
     }
 
-    /// The effect of the waves on the linear motion about a trim: `[G 0; A_w B_w]`, (n + 2) x 3; see
+    /// Returns the effect of the waves on the linear motion about a trim: `[G 0; A_w B_w]`, (n + 2) x 3; see
     /// [`squid_lpv::tracking::TrackingProblem::coloured`]. Noise of 1 at the peak is a wave whose amplitude is half the
     /// significant height.
     pub fn acting(&self, l: &Linearisation) -> Option<Mat> {

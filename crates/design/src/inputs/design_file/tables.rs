@@ -15,14 +15,14 @@ use squid_lpv::weights::RisingWeight;
 use squid_scheduled::MAX_DELAY_TICKS;
 use squid_signals::{Interface, Level, Signal};
 
-/// The largest number of ticks of a flight: its record is kept in memory, some 200 bytes each.
+/// Largest number of ticks of a flight: its record is kept in memory, some 200 bytes each.
 const MOST_TICKS: f64 = 1e6;
 
-/// The values for a pitch of zero, and for the pitch of least effort.
+/// Text for a pitch of zero, and for the pitch of least effort.
 const LEVEL: &str = "level";
 const FREE: &str = "free";
 
-/// The largest pitch that can be held in level trim, deg: with steeper pitch it is not level flight at an incidence.
+/// Largest pitch held in level trim, deg: beyond it the trim is not level flight at an incidence.
 const STEEPEST: f64 = 60.0;
 
 const SECTIONS: [&str; 16] = [
@@ -44,27 +44,27 @@ const SECTIONS: [&str; 16] = [
     "require",
 ];
 
-/// The list of axes.
+/// Key of the list of axes.
 const AXIS: &str = "axis";
 
 impl DesignFile {
     /// Checks the text of a design file with one axis; `file` is for messages.
     ///
     /// # Errors
-    /// [`FileError`]: every mistake with file, line, key, its value and what is allowed; a file of several axes.
+    /// [`FileError`]: every mistake with file, line, key, its value and the allowed values; a file of several axes.
     pub fn parse(text: &str, file: &str, name: &str) -> Result<Self, FileError> {
         let mut axes = Self::parse_each(text, file, name)?;
         if axes.len() > 1 {
-            return Err(refused((text, file), 1, "a second one", "one: a single axis is asked for"));
+            return Err(mistake_at_axis((text, file), 1, "a second one", "one: a single axis is asked for"));
         }
         Ok(axes.remove(0))
     }
 
-    /// Checks the text of a design file: an axis for each `[[axis]]`, with what stands outside these for all; without
+    /// Checks the text of a design file: one axis for each `[[axis]]`, with the keys outside of these for all; without
     /// any, the file is one axis.
     ///
     /// # Errors
-    /// As [`parse`](Self::parse); two axes that steer the same.
+    /// The errors of [`parse`](Self::parse); two axes that steer the same signal.
     pub fn parse_each(text: &str, file: &str, name: &str) -> Result<Vec<Self>, FileError> {
         let documents = Document::parse_each(text, file, AXIS)?;
         let read = documents
@@ -81,16 +81,16 @@ impl DesignFile {
             Some(index) => {
                 let (found, allowed) =
                     (format!("of {} again", axes[index].name), "of another tracked output");
-                Err(refused((text, file), index, &found, allowed))
+                Err(mistake_at_axis((text, file), index, &found, allowed))
             }
             None => Ok(axes),
         }
     }
 
-    /// As [`parse`](Self::parse), for a vehicle with other states and signals.
+    /// Checks the text of a design file for a vehicle with other states and signals; see [`parse`](Self::parse).
     ///
     /// # Errors
-    /// As [`parse`](Self::parse).
+    /// The errors of [`parse`](Self::parse).
     pub fn parse_for(
         interface: &'static Interface,
         text: &str,
@@ -107,7 +107,7 @@ impl DesignFile {
     /// Checks another text of the same file, and returns the same axis of it.
     ///
     /// # Errors
-    /// As [`parse`](Self::parse).
+    /// The errors of [`parse`](Self::parse).
     pub fn parse_again(&self, text: &str) -> Result<Self, FileError> {
         let axes = Self::parse_each(text, &self.file, &self.autopilot)?;
         let own = axes.into_iter().find(|other| other.axis == self.axis);
@@ -115,8 +115,7 @@ impl DesignFile {
     }
 }
 
-/// The states and signals of an axis: those of the first view that has most of what it tracks besides the speed and of
-/// what it measures.
+/// Interface of an axis: that of the first view with the most of its tracked and measured signals, besides the speed.
 fn interface(document: &Document<'_>) -> &'static Interface {
     let root = document.root();
     let count = |view: &View| {
@@ -129,8 +128,8 @@ fn interface(document: &Document<'_>) -> &'static Interface {
     VIEWS.iter().rev().max_by_key(|view| count(view)).map_or(LONGITUDINAL.interface, |view| view.interface)
 }
 
-/// A mistake at an axis of a file.
-fn refused((text, file): (&str, &str), index: usize, found: &str, allowed: &str) -> FileError {
+/// Mistake at an axis of a file.
+fn mistake_at_axis((text, file): (&str, &str), index: usize, found: &str, allowed: &str) -> FileError {
     let recorded = Document::parse(text, file).and_then(|document| {
         if let Some(table) = document.root().tables(AXIS).get(index) {
             let (key, found, allowed) = (AXIS.to_owned(), found.to_owned(), allowed.to_owned());
@@ -141,7 +140,7 @@ fn refused((text, file): (&str, &str), index: usize, found: &str, allowed: &str)
     recorded.err().unwrap_or_else(|| FileError { file: file.to_owned(), mistakes: Vec::new() })
 }
 
-/// The rise of gamma for fewer states and channels, if any; beside `rate` all are kept.
+/// Rise of gamma for fewer states and channels, if any; with `rate` all are kept.
 fn reduce(table: &Table<'_>) -> Option<Option<f64>> {
     match (table.has("reduce"), table.has("rate")) {
         (false, rate) => Some((!rate).then_some(DEFAULT_REDUCE)),
@@ -153,7 +152,7 @@ fn reduce(table: &Table<'_>) -> Option<Option<f64>> {
     }
 }
 
-/// The design of a file; `None` if a recorded mistake leaves a value undefined.
+/// Design of a file; `None` if a recorded mistake leaves a value undefined.
 fn design(
     document: &Document<'_>,
     interface: &'static Interface,
@@ -258,12 +257,12 @@ fn design(
     })
 }
 
-/// The section `[trim]`: "level", "free", or an angle.
+/// Section `[trim]`: "level", "free", or an angle.
 fn pitch(table: &Table<'_>) -> Option<Pitch> {
     table.allow_only(&["pitch"]);
     if !table.holds_table("pitch") {
-        let words = [LEVEL, FREE];
-        return table.one_of("pitch", &words).map(|index| [Pitch::Held(0.0), Pitch::Free][index].clone());
+        let allowed = [LEVEL, FREE];
+        return table.one_of("pitch", &allowed).map(|index| [Pitch::Held(0.0), Pitch::Free][index].clone());
     }
     let held = table.table("pitch")?;
     held.allow_only(&["angle", "unit"]);
@@ -273,29 +272,29 @@ fn pitch(table: &Table<'_>) -> Option<Pitch> {
     Some(Pitch::Held(factor? * angle?))
 }
 
-/// The section `[sea]`; the range of speed \[m/s\] is `None` if it could not be read.
+/// Section `[sea]`; the range of speed \[m/s\] is `None` if it could not be read.
 fn working_sea(table: &Table<'_>, speeds: Option<(f64, f64)>) -> Option<WorkingSea> {
     let waves = WaveParameters::of(table, &["depth", "weight"]);
     let depth = table.number("depth", |depth| depth > 0.0, "above 0 (m): where the vehicle works in waves");
     let weight = table.or("weight", 1.0, |table, key| within(table, key, WAVE_WEIGHT));
     let sea = WorkingSea { waves: waves?, depth: depth?, weight: weight? };
     if sea.depth < 0.5 * sea.waves.spectrum.height() {
-        let words = "at least half the significant height (m): nearer, the troughs uncover the hull";
-        table.not_allowed("depth", squid_auv::number(sea.depth), words);
+        let allowed = "at least half the significant height (m): nearer, the troughs uncover the hull";
+        table.not_allowed("depth", squid_auv::number(sea.depth), allowed);
         return None;
     }
     if let Some((low, high)) = speeds
         && [low, high].iter().any(|speed| sea.filter(*speed).is_none())
     {
-        let words = "such that the vehicle is not carried along by the waves, at any of its speeds: these must be \
+        let allowed = "such that the vehicle is not carried along by the waves, at any of its speeds: these must be \
                      below half of the speed of the waves on its way";
-        table.not_allowed("heading", squid_auv::number(sea.waves.heading.to_degrees()), words);
+        table.not_allowed("heading", squid_auv::number(sea.waves.heading.to_degrees()), allowed);
         return None;
     }
     Some(sea)
 }
 
-/// The section `[control]`.
+/// Section `[control]`.
 struct Control {
     weight: Option<RisingWeight>,
     relative: Vec<RelativeWeight>,
@@ -315,7 +314,7 @@ impl Control {
     }
 }
 
-/// The section `[autopilot]`.
+/// Section `[autopilot]`.
 struct Autopilot {
     sample_time: Option<f64>,
     delay: Option<f64>,
@@ -338,7 +337,7 @@ impl Autopilot {
     }
 }
 
-/// The section `[model]`.
+/// Section `[model]`.
 struct Model {
     speed_min: Option<f64>,
     speed_max: Option<f64>,

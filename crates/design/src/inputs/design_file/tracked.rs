@@ -10,10 +10,10 @@ use squid_auv::toml_file::Table;
 use squid_lpv::weights::{ReferenceModel, ReferenceWeight, TrackingWeight};
 use squid_signals::{Interface, Level, Signal};
 
-/// Relative tolerance of an angle: rounding.
+/// Relative tolerance of an angle for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The tracked outputs. They may have reference models if references and measurements are separate.
+/// Reads the tracked outputs. They may have reference models if references and measurements are separate.
 pub(super) fn tracked(
     root: &Table<'_>,
     interface: &'static Interface,
@@ -23,9 +23,9 @@ pub(super) fn tracked(
         return None;
     }
     let tables = root.tables("track");
-    let mut taken: Vec<usize> = Vec::new();
+    let mut used: Vec<usize> = Vec::new();
     let each: Vec<Option<Tracked>> =
-        tables.iter().map(|table| track(table, interface, separate, &mut taken)).collect();
+        tables.iter().map(|table| track(table, interface, separate, &mut used)).collect();
     each.into_iter().collect()
 }
 
@@ -33,12 +33,12 @@ fn track(
     table: &Table<'_>,
     interface: &'static Interface,
     separate: bool,
-    taken: &mut Vec<usize>,
+    used: &mut Vec<usize>,
 ) -> Option<Tracked> {
     let mut keys = vec!["output", "scale", "unit", "follow", "corner", "peak", "steady_error", "bandwidth"];
     keys.extend(separate.then_some(["frequency", "damping"]).into_iter().flatten());
     table.allow_only(&keys);
-    let (index, signal, unit) = signal(table, "output", interface, taken)?;
+    let (index, signal, unit) = signal(table, "output", interface, used)?;
     let scale = within(table, "scale", SCALE).filter(|scale| is_possible_error(table, signal, unit * scale));
     let peak = within(table, "peak", PEAK);
     let steady_error = table.number("steady_error", |v| v > 0.0 && v < 1.0, "above 0 and below 1");
@@ -55,7 +55,7 @@ fn track(
     })
 }
 
-/// Records a mistake if the unit of the error is beyond the range of the signal.
+/// Checks that the unit of the error is in the range of the signal; records a mistake otherwise.
 fn is_possible_error(table: &Table<'_>, signal: &Signal, scale: f64) -> bool {
     let [_, most] = signal.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
     let allowed = scale <= most * (1.0 + ROUNDING);
@@ -82,7 +82,7 @@ fn is_possible_error(table: &Table<'_>, signal: &Signal, scale: f64) -> bool {
     allowed
 }
 
-/// The emphasis of slow references; none if it is not given.
+/// Emphasis of slow references; neutral if not given.
 fn references(table: &Table<'_>) -> Option<ReferenceWeight> {
     if !table.has("follow") && !table.has("corner") {
         return Some(ReferenceWeight { follow: 1.0, corner: 1.0 });
@@ -91,7 +91,7 @@ fn references(table: &Table<'_>) -> Option<ReferenceWeight> {
     Some(ReferenceWeight { follow: follow?, corner: corner? })
 }
 
-/// The reference model of an output. That of the speed is of first order, because the trim moves with it.
+/// Reference model of an output. The model of the speed is of first order, because the trim moves with it.
 fn reference_model(table: &Table<'_>, signal: &Signal) -> Option<Option<ReferenceModel>> {
     if signal.level == Level::Scheduled {
         let frequency = within(table, "frequency", FREQUENCY);
@@ -109,29 +109,29 @@ fn reference_model(table: &Table<'_>, signal: &Signal) -> Option<Option<Referenc
     Some(Some(ReferenceModel { frequency: frequency?, damping: damping? }))
 }
 
-/// The measurements; empty without such a table.
+/// Reads the measurements; empty without such a table.
 pub(super) fn measured(root: &Table<'_>, interface: &'static Interface) -> Option<Vec<Measured>> {
-    let mut taken: Vec<usize> = Vec::new();
+    let mut used: Vec<usize> = Vec::new();
     let each: Vec<Option<Measured>> =
-        root.tables("measure").iter().map(|table| measure(table, interface, &mut taken)).collect();
+        root.tables("measure").iter().map(|table| measure(table, interface, &mut used)).collect();
     each.into_iter().collect()
 }
 
-fn measure(table: &Table<'_>, interface: &'static Interface, taken: &mut Vec<usize>) -> Option<Measured> {
+fn measure(table: &Table<'_>, interface: &'static Interface, used: &mut Vec<usize>) -> Option<Measured> {
     table.allow_only(&["signal", "scale", "unit", "noise", "rise", "corner"]);
-    let (index, signal, unit) = signal(table, "signal", interface, taken)?;
+    let (index, signal, unit) = signal(table, "signal", interface, used)?;
     let scale = within(table, "scale", SCALE);
     let noise = scale.and_then(|scale| rising(table, "noise", NOISE, 1.0 / scale));
     Some(Measured { index, signal, scale: unit * scale?, noise: noise? })
 }
 
-/// The index of a signal in the interface, its row, and its unit in SI; each may be named once. Allowed are those that
-/// depend on the states of the axis, as an output those with a reference.
+/// Index of a signal in the interface, the signal, and its unit in SI; each may be named once. Allowed are signals that
+/// depend on the states of the axis, for an output also with a reference.
 fn signal(
     table: &Table<'_>,
     key: &str,
     interface: &'static Interface,
-    taken: &mut Vec<usize>,
+    used: &mut Vec<usize>,
 ) -> Option<(usize, &'static Signal, f64)> {
     let is_allowed = |signal: &&Signal| {
         signal.is_among(interface.states) && (key != "output" || signal.reference.is_some())
@@ -151,11 +151,11 @@ fn signal(
     }
     let name = allowed[table.one_of(key, &allowed)?];
     let index = interface.index(name)?;
-    if taken.contains(&index) {
+    if used.contains(&index) {
         table.not_allowed(key, format!("\"{name}\" a second time"), "named once");
         return None;
     }
-    taken.push(index);
+    used.push(index);
     let signal = &interface.signals[index];
     let names: Vec<&str> = signal.units.iter().map(|unit| unit.name).collect();
     Some((index, signal, table.one_of("unit", &names).map(|unit| signal.units[unit].factor)?))

@@ -1,4 +1,4 @@
-//! The section `[uncertainty]` of a design file: the uncertain numbers of the vehicle, and their ranges.
+//! Section `[uncertainty]` of a design file: the uncertain parameters of the vehicle, and their ranges.
 
 use squid_auv::number;
 use squid_auv::toml_file::{Document, FileError, FileProblem, Mistake, Table, cited};
@@ -9,41 +9,41 @@ const COEFFICIENT: &str = "uncertainty.coefficients";
 const EITHER: &str = "a relative half range such as 0.3, or { absolute = 0.005, unit = \"m\" }";
 const RELATIVE: &str = "above 0 and below 1, or it would change sign; it is the half range over the value";
 
-/// The declared uncertainty, before it is checked against the vehicle.
+/// Declared uncertainty, before it is checked against the vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uncertainty {
     /// Half range of every actuator's gain, relative; 0 for none.
     pub actuator_gain: f64,
-    /// The coefficients, in the order of the file.
+    /// Uncertain coefficients, in the order of the file.
     pub coefficients: Vec<UncertainCoefficient>,
 }
 
-/// A coefficient that is uncertain.
+/// Uncertain coefficient.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UncertainCoefficient {
-    /// Its name in the vehicle file.
+    /// Name in the vehicle file.
     pub name: String,
-    /// The half range.
+    /// Half range about the value.
     pub half_range: HalfRange,
-    /// The line of the design file.
+    /// Line of the design file.
     pub line: usize,
 }
 
-/// The half range of a coefficient about its value.
+/// Half range of a coefficient about its value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum HalfRange {
-    /// As a fraction of its value.
+    /// Fraction of the value.
     Relative(f64),
-    /// In a unit.
+    /// Number with a unit.
     Absolute {
-        /// The half range.
+        /// Half range in the unit.
         value: f64,
-        /// The unit, which must be the coefficient's own.
+        /// Unit, which must be that of the coefficient.
         unit: String,
     },
 }
 
-/// The section, with everything checked that does not need the vehicle; unreadable entries are left out.
+/// Reads the section and checks everything that does not need the vehicle; unreadable entries are left out.
 pub(super) fn read(document: &Document<'_>, table: &Table<'_>) -> Uncertainty {
     table.allow_only(&["actuator_gain", "coefficients"]);
     let gain = table.or("actuator_gain", 0.0, |table, key| {
@@ -79,30 +79,31 @@ fn half_range(named: &Table<'_>, name: &str) -> Option<HalfRange> {
     Some(HalfRange::Absolute { value: value?, unit: unit? })
 }
 
-/// A coefficient of the vehicle with its range, SI.
+/// Coefficient of the vehicle with its range, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UncertainParameter {
-    /// The parameter.
+    /// Parameter of the vehicle.
     pub parameter: Parameter,
-    /// Its value in the vehicle file.
+    /// Value in the vehicle file.
     pub value: f64,
-    /// The half range.
+    /// Half range about the value.
     pub half_range: f64,
 }
 
 impl Uncertainty {
-    /// Leaves out what a vehicle does not have as an axis has it, where it has it as another axis has it.
+    /// Removes the coefficients that the vehicle of this axis does not have but that of another axis has.
     pub fn leave_out_of(&mut self, vehicle: &Vehicle, others: &[Vehicle]) {
         let has = |vehicle: &Vehicle, name: &str| Parameter::named(vehicle, name).is_ok();
         let is_of_another = |name: &str| others.iter().any(|other| has(other, name));
         self.coefficients.retain(|one| has(vehicle, &one.name) || !is_of_another(&one.name));
     }
 
-    /// The coefficients and their ranges for a vehicle, in the order of the vehicle file; `file` is for messages.
+    /// Returns the coefficients and their ranges for a vehicle, in the order of the vehicle file; `file` is for
+    /// messages.
     ///
     /// # Errors
     /// [`FileError`]: unknown coefficients, wrong units, relative ranges of coefficients that are 0, ranges that exceed
-    /// what is allowed for the coefficient.
+    /// the allowed range of the coefficient.
     pub fn resolve(&self, vehicle: &Vehicle, file: &str) -> Result<Vec<UncertainParameter>, FileError> {
         let (mut found, mut mistakes) = (Vec::new(), Vec::new());
         for coefficient in &self.coefficients {
@@ -163,7 +164,7 @@ mod tests {
     use crate::inputs::design_file::DesignFile;
     use std::path::Path;
 
-    /// The design of Squid with this section, resolved for the vehicle; the section begins on line 1.
+    /// Resolves this section in the paper's design of Squid for a vehicle; the section begins on line 1.
     fn resolve(vehicle: &str, section: &str) -> Result<Vec<UncertainParameter>, FileError> {
         let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let text = std::fs::read_to_string(directory.join(vehicle).join("vehicle.toml")).unwrap();
@@ -182,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_are_read_in_the_order_of_the_vehicle_file() {
+    fn reads_ranges_in_order_of_vehicle_file() {
         let section = "[uncertainty.coefficients]\nM_q = 0.3\nx_G = \
             { absolute = 0.01, unit = \"m\" }\n\"lower.z\" = 0.05\n";
         let found = resolve("squid", section).unwrap();
@@ -201,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_come_with_line_and_key() {
+    fn reports_line_and_key_of_mistakes() {
         let coefficients = |line: &str| format!("[uncertainty.coefficients]\nM_q = 0.3\n{line}\n");
         let begins = [
             (
@@ -239,11 +240,11 @@ mod tests {
                     negative",
             ),
         ];
-        for (section, words) in begins {
+        for (section, expected) in begins {
             let message = resolve("squid", &section).unwrap_err().to_string();
-            assert!(message.starts_with(words), "{message}\n{words}");
+            assert!(message.starts_with(expected), "{message}\n{expected}");
         }
-        for (section, words) in [
+        for (section, expected) in [
             (
                 coefficients("Z_w = \"much\""),
                 "is the text \"much\"; it must be a relative half range such as 0.3, or {",
@@ -255,13 +256,13 @@ mod tests {
             ("gain = 0.1\n".to_owned(), "unknown key 'uncertainty.gain'"),
         ] {
             let message = resolve("squid", &section).unwrap_err().to_string();
-            assert!(message.contains(words), "{message}");
+            assert!(message.contains(expected), "{message}");
         }
     }
 
-    /// One line per mistake, in the order of the file.
+    /// Each mistake has one line, in the order of the file.
     #[test]
-    fn all_mistakes_are_reported_at_once() {
+    fn reports_all_mistakes_at_once() {
         let section = "[uncertainty.coefficients]\nZ_vw = 0.3\nM_q = 0.3\nx_G = 0.3\n";
         let message = resolve("squid", section).unwrap_err().to_string();
         let lines: Vec<&str> = message.lines().collect();
