@@ -239,7 +239,7 @@ fn together() -> Resources {
 
 /// In continuous time, sampled, and with saturated commands; proved again from its text.
 #[test]
-fn it_is_proved() {
+fn is_proved() {
     let (proof, sampled) = (AXIS.proof.as_ref().unwrap(), AXIS.sampled.as_ref().unwrap());
     let text = text(&proof.certificate, Path::new("certificate.json")).unwrap();
     let read: Certificate = parse(&text, "certificate.json").unwrap();
@@ -252,7 +252,7 @@ fn it_is_proved() {
 }
 
 #[test]
-fn a_design_file_names_its_signals() {
+fn design_file_names_its_signals() {
     let refused = |from: &str, to: &str| {
         let text = DESIGN.replacen(from, to, 1);
         assert_ne!(text, DESIGN);
@@ -340,7 +340,7 @@ fn flown(resources: &Resources, also: &[(&str, f64)]) -> Vec<([f64; 4], f64)> {
 }
 
 #[test]
-fn its_fmu_flies_the_step() {
+fn fmu_tracks_the_step() {
     let described = describe(&alone()).unwrap();
     let of = |causality| {
         let chosen = described.description.variables.iter().filter(move |one| one.causality == causality);
@@ -357,7 +357,7 @@ fn its_fmu_flies_the_step() {
 
 /// The speed, which both measure, is one input; each axis commands as it does alone, to the bit.
 #[test]
-fn two_axes_share_an_fmu() {
+fn two_axes_share_one_fmu() {
     let described = describe(&together()).unwrap();
     let count = |name: &str| described.description.variables.iter().filter(|one| one.name == name).count();
     for name in ["pitch", "speed", "engaged", "offset", "side_thruster", "upper_port", "gamma", "sway_gamma"]
@@ -393,7 +393,7 @@ fn two_axes_share_an_fmu() {
 
 /// Axes that do not fit together are refused.
 #[test]
-fn axes_must_fit_together() {
+fn rejects_axes_that_do_not_fit() {
     let refused = |change: fn(&mut ControllerDesign)| {
         let mut design = frozen();
         change(&mut design);
@@ -438,7 +438,7 @@ int main(void)
 
 /// The exported C commands as the FMU does, to the bit.
 #[test]
-fn its_c_is_the_fmu_to_the_bit() {
+fn exported_c_equals_fmu_to_the_bit() {
     let standing = Standing { claims: vec!["Made for a test.".into()], certificate_sha256: None };
     let source = export(&frozen(), &standing, Real::Double).unwrap();
     let folder = tempfile::tempdir().unwrap();

@@ -77,7 +77,7 @@ fn edited(fmu: &Path, name: &str) {
 
 /// A scale is not in the certificate: three times as large, with a new GUID, it makes another controller.
 #[test]
-fn no_more_is_said_than_is_verified() {
+fn reports_only_what_is_verified() {
     let (_folder, fmu, inputs) = packed(|_| ());
     let found = with_files(&fmu, &inputs).unwrap();
     let (verified, contents) = (&found.axes[0], &found.contents);
