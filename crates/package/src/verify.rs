@@ -166,8 +166,8 @@ fn is_archive(path: &Path) -> Result<bool, Error> {
     let unreadable = |reason| files::Error::Unreadable { path: path.display().to_string(), reason };
     let mut start = Vec::new();
     if path.is_dir() {
-        let message = "it is a directory; name an FMU or a certificate.json (a vehicle's directory goes with --vehicle)";
-        return Err(unreadable(io::Error::new(io::ErrorKind::IsADirectory, message)).into());
+        let hint = "it is a directory; name an FMU or a certificate.json (a vehicle's directory goes with --vehicle)";
+        return Err(unreadable(io::Error::new(io::ErrorKind::IsADirectory, hint)).into());
     }
     files::open(path)?.take(2).read_to_end(&mut start).map_err(unreadable)?;
     Ok(start == b"PK" || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu")))
