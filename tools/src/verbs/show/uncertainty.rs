@@ -12,7 +12,8 @@ use squid_design::uncertain::{Fidelity, over_range};
 /// Number of speeds in the tables, evenly spread over the range.
 const SPEEDS: usize = 6;
 
-/// The uncertain parameters with their ranges and repetitions, the moves of the trim, and the errors of the models.
+/// Returns the uncertain parameters with their ranges and repetitions, the deviations of the trim, and the errors of
+/// the models.
 ///
 /// # Errors
 /// [`ModelError::Trim`](squid_design::error::ModelError::Trim),
