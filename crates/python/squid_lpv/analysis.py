@@ -19,7 +19,6 @@ def hinfnorm(P: Any) -> tuple[float, float]:
     """Return the H-infinity norm of a system and the frequency of its peak, rad/s, to 1e-9.
 
     An unstable system returns infinity and zero.
-
     """
     system = systems.of(P)
     parts = (part.tolist() for part in (system.A, system.B, system.C, system.D))
@@ -33,7 +32,6 @@ class Performance:
     For every perturbation smaller than `1/upper` the gain is below `upper`; `lower` bounds the same mu from below. With
     a perturbation of norm `size` the gain is at most `gain_upper` (None if the loop is not shown to stay stable), and
     with `gain_delta` it is `gain_lower` at `gain_frequency`, rad/s.
-
     """
 
     upper: float
@@ -50,7 +48,6 @@ class Mu:
     """Bounds on mu: no perturbation smaller than `1/upper` destabilises; `delta` does.
 
     `frequency`, rad/s, is where the upper bound is largest; `performance` is set if it was requested.
-
     """
 
     upper: float

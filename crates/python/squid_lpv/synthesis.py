@@ -42,7 +42,6 @@ class Proved(NamedTuple):
 
     `is_least`: True if `gamma` is shown, in floating point, to be the least within 0.1 %; otherwise a better controller
     may exist.
-
     """
 
     synthesis: HinfSynthesis
@@ -384,7 +383,6 @@ class LpvSynthesis:
 
     `gam` is None if a gain is proved only with the rate bound: `gam_at_rate`. `is_least`: True if `gamma` is shown, in
     floating point, to be the least of the synthesis inequalities within 0.1 %.
-
     """
 
     K: LpvController

@@ -1,5 +1,4 @@
-"""Linear systems: any object with A, B, C, D is accepted; python-control's StateSpace is returned if it is
-installed."""
+"""Linear systems: any object with A, B, C, D is accepted; the result is python-control's StateSpace if installed."""
 
 from __future__ import annotations
 
@@ -19,7 +18,6 @@ class StateSpace:
     """`x' = A x + B u`, `y = C x + D u`; in discrete time, with the sample time `dt` (s), `x+` in place of `x'`.
 
     `dt` is 0 in continuous time, and True for an unspecified sample time, as in python-control.
-
     """
 
     A: Matrix

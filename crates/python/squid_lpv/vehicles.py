@@ -112,8 +112,8 @@ class Vehicle:
         """Design an autopilot, and return it with its proofs; this takes about half a minute.
 
         Args:
-            directory: where its files are written, as by `squid design --out`; `None` for a temporary directory that lives as
-                long as the object.
+            directory: where its files are written, as by `squid design --out`; `None` for a temporary directory,
+                which lives as long as the object.
             robust: design for the declared uncertainty.
             progress: a function called with progress reports.
 
@@ -132,8 +132,7 @@ class Vehicle:
 
 @dataclass(frozen=True)
 class Flight:
-    """A record: `columns` by name, SI units in `units` (1 for none); `surfacing` says where the vehicle surfaced, if it
-    did."""
+    """A record: `columns` by name, SI units in `units`, 1 for none; `surfacing` says where it left the water, if so."""
 
     columns: dict[str, np.ndarray]
     units: dict[str, str]
@@ -227,7 +226,6 @@ class Design:
         """Write the frozen controller on a grid of speeds to a .mat file.
 
         After MATLAB's `load`, `ss(K.a(:,:,i), K.b(:,:,i), K.c(:,:,i), K.d(:,:,i))` is the controller at `speeds(i)`.
-
         """
         from scipy.io import savemat as write
 
@@ -256,7 +254,8 @@ class Autopilot:
         Args:
             vehicle: the directory of `vehicle.toml` and the design file.
             design: the name of the design file, without `.toml`.
-            directory: where the files are written, those of each axis in a folder of its name, as by `squid design --out`.
+            directory: where the files are written, those of each axis in a folder of its name, as by
+                `squid design --out`.
             progress: a function called with progress reports.
 
         Raises:
