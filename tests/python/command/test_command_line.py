@@ -352,7 +352,7 @@ def test_modes_beyond_the_sampling_rate(run_squid: Run) -> None:
 
 
 def test_negative_numbers_on_the_command_line(run_squid: Run) -> None:
-    """They are read as numbers, and no other notation is suggested."""
+    """Negative numbers are read as numbers, and no other notation is suggested."""
     done = run_squid("design", SQUID, "--bandwidth", "-1")
     assert done.returncode == 64
     assert "--bandwidth is -1; it must be " in done.stderr and "tip" not in done.stderr

@@ -57,7 +57,7 @@ reference_weight = 0.75
 
 
 def test_gains_of_heading_are_proved(run_squid: Run, tmp_path: Path) -> None:
-    """They meet the requirements of the heading axis; with the wrong sign, or on another axis, they are refused."""
+    """Gains of heading meet the requirements of its axis; a wrong sign, or another axis, is refused."""
     gains = tmp_path / "gains.toml"
     gains.write_text(HEADING.replace("KP", "0.81"), encoding="utf-8")
     words = ["prove", REMUS100, "--axis", "heading", "--controller", gains, "--json", "--strict"]

@@ -155,7 +155,7 @@ def test_an_altimeter_keeps_the_height_above_a_slope(run_squid: Run, tmp_path: P
     flown = simulate_fmu(str(packed.loop), start_values={**bottom, "heading_step": 0.3}, output=names)
     below = 60.0 - 0.03 * flown["north"] + 0.01 * flown["east"]
     assert flown["altitude"] == pytest.approx(below - flown["depth"], abs=1e-9)
-    # It is a metre nearer to the bottom than at the start, and the bottom has risen by some metres.
+    # A metre nearer to the bottom than at the start, while the bottom has risen by some metres.
     assert flown["altitude"][-1] == pytest.approx(39.0, abs=0.01)
     assert flown["depth"][-1] < 17.0
     done = run_squid("export", vehicle, "--axis", "depth", "--out", packed.folder, "--to", tmp_path / "c")

@@ -158,7 +158,7 @@ class Source:
 
 
 def test_its_source_is_one_autopilot(run_squid: Run, made: Made, tmp_path: Path) -> None:
-    """It commands the same bits as the FMU; an axis that refuses its reference does not stop the other."""
+    """The source commands the same bits as the FMU; an axis that refuses its reference does not stop the other."""
     done = run_squid("export", REMUS100, "--to", tmp_path, cwd=made.build.parent)
     assert done.returncode == 0, done.stderr
     source = Source(tmp_path, "remus100")

@@ -79,7 +79,7 @@ def test_it_keeps_its_attitude_where_the_speed_reference_jumps_through_the_range
 
 
 def test_planes_are_asked_for_no_more_than_they_hold(remus100: Packages) -> None:
-    """They are saturated on the way to the end of the envelope, and not while it is held."""
+    """The planes are saturated on the way to the end of the envelope, and not while it is held."""
     flown = there_and_back(remus100, 1.4, 30.0)
     assert 0.0 < pinned(remus100, flown) < 2.0
     held = (flown["time"] > STEP_TIME + 10.0) & (flown["time"] < STEP_END)
@@ -89,7 +89,7 @@ def test_planes_are_asked_for_no_more_than_they_hold(remus100: Packages) -> None
 
 
 def test_planes_that_are_too_weak_do_not_wind_the_controller_up(remus100: Packages) -> None:
-    """At 60 % of their limits, unknown to the controller, they cannot hold what the envelope allows."""
+    """At 60 % of their limits, unknown to the controller, the planes cannot hold what the envelope allows."""
     flown, at_limits = stuck(remus100, 0.6, 30.0, jumps=False)
     assert at_limits * END > 30.0, "the planes must be at their limit for most of the command"
     assert at_limits * END < STEP_END - STEP_TIME + BACK

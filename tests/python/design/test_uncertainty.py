@@ -17,7 +17,7 @@ pytestmark = pytest.mark.change
 
 
 def test_a_vehicle_without_uncertainty(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
-    """It designs, reports and packages; requests for uncertainty are refused, and nothing is written."""
+    """Design, report and package succeed; requests for uncertainty are refused, and nothing is written."""
     packages = package(run_squid, quick_vehicle, tmp_path / "out")
     done = run_squid("report", quick_vehicle, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
@@ -49,7 +49,7 @@ def test_gains_of_actuators_alone(run_squid: Run, tmp_path: Path) -> None:
 
 @pytest.mark.night
 def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> None:
-    """It tolerates more at the same gain, with a proof; a nominal design removes the robust one's files."""
+    """The robust controller tolerates more at the same gain, with a proof; a nominal design removes the robust one's files."""
     made = designed(run_squid, PITCHING, "--robust")
     found = json.loads((made / "robust.json").read_text(encoding="utf-8"))
     assert found["robust_bears"] > 1.15 * found["nominal_bears"] > 0.0

@@ -384,7 +384,7 @@ def test_engages_where_the_pilot_was(shell: Shell) -> None:
 
 
 def test_engages_without_what_is_applied(shell: Shell) -> None:
-    """It then starts as after a reset, however long it has waited."""
+    """The autopilot then starts as after a reset, however long it has waited."""
 
     def late(time: float, heard: Heard) -> None:
         heard["engaged"] = float(time >= FAULT)

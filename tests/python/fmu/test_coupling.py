@@ -84,7 +84,7 @@ def test_it_is_the_flight_of_the_command(turning: Packages, run_squid: Run) -> N
 
 
 def test_actuators_without_lag(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
-    """Their outputs equal the commands from the first row on."""
+    """Outputs of actuators without lag equal the commands from the first row on."""
     vehicle = Path(shutil.copytree(quick_vehicle, tmp_path / "vehicle"))
     file = vehicle / "vehicle.toml"
     text, count = re.subn(

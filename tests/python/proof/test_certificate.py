@@ -233,7 +233,7 @@ def test_verify_against_the_vehicle(
 
 
 def test_the_sampled_certificate_is_of_its_vehicle(stored_design: Path, run_squid: Run) -> None:
-    """Its plant at the ticks is recomputed; the controller next to it must be the one in it, to the bit."""
+    """The plant at the ticks is recomputed; the controller next to the certificate must be that in it, to the bit."""
     file = stored_design / "sampled_certificate.json"
     done = run_squid("verify", file, "--vehicle", SQUID)
     assert done.returncode == 0 and "PROVED" in done.stdout, done.stderr

@@ -99,7 +99,7 @@ def test_discrete_time(sq: ModuleType, a: list) -> None:
 
 
 def test_a_sample_time_that_is_not_known(sq: ModuleType) -> None:
-    """It is preserved; the gain is that for any sample time."""
+    """An unspecified sample time is preserved; the gain does not depend on it."""
     P, nmeas, ncon = spring(sq, A=[[0.98, 0.1], [-0.2, 0.93]])
     unknown, one = (
         sq.hinfsyn(sq.StateSpace(P.A, 0.1 * P.B, P.C, P.D, dt), nmeas, ncon) for dt in (True, 1.0)
