@@ -49,7 +49,7 @@ def test_gains_of_actuators_alone(run_squid: Run, tmp_path: Path) -> None:
 
 @pytest.mark.night
 def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> None:
-    """The robust controller tolerates more at the same gain, with a proof; a nominal design removes the robust one's files."""
+    """The robust controller tolerates more at the same gain, proved; a nominal design removes its files."""
     made = designed(run_squid, PITCHING, "--robust")
     found = json.loads((made / "robust.json").read_text(encoding="utf-8"))
     assert found["robust_bears"] > 1.15 * found["nominal_bears"] > 0.0
