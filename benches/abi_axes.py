@@ -1,4 +1,4 @@
-"""Time a step of the controllers of depth and of heading in one FMU through the C ABI, over that of depth alone.
+"""Time a step of the depth and heading controllers in one FMU through the C ABI, relative to depth alone.
 
 Run `python3 run.py fly` first, which builds the command and the binaries. Writes a line to docs/benchmarks.md.
 """

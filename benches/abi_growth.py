@@ -46,7 +46,7 @@ def random_design(design: dict, n: int, r: int) -> dict:
     lft["A"] -= np.eye(n) * (0.5 + np.linalg.norm(lft["A"], 2))
     if r > 0:
         lft["Dtt"] *= 0.5 / np.linalg.norm(lft["Dtt"], 2)
-    # A controller that never follows other commands needs no gain for it.
+    # A controller that never follows applied commands needs no gain for it.
     design = {key: value for key, value in design.items() if key != "follow"}
     return {**design, "lft": {"blocks": [r] if r > 0 else []} | {key: m.tolist() for key, m in lft.items()}}
 
@@ -58,7 +58,7 @@ def of_squid(packaged: Peer, design: dict, driver: Path, folder: Path) -> Peer:
     (resources / "controller.json").write_text(json.dumps(design), encoding="utf-8")
     peer = copy(packaged)
     peer.head = [packaged.head[0], "unknown", resources.as_uri()]
-    # The GUID is a hash over the resources; the binary states it when it refuses another one.
+    # The GUID is a hash of the resources; the binary states it when it refuses another one.
     words = [driver, *peer.head, "0.02", 1, 1, *peer.tail]
     refused = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
     guid = re.search(r"belong to '(\{.*?\})'", refused.stderr)
@@ -111,7 +111,7 @@ def draw(times: Times, path: Path) -> None:
     left.set_xticks(STATES)
     left.set_xlabel("states n")
     left.set_ylabel("set + step + get, ns")
-    # Room for the legends above the lines.
+    # Space for the legends above the lines.
     left.set_ylim(0, 1.35 * max(map(max, times.values())))
     right.set_xticks(CHANNELS)
     right.set_xlabel("channels r")

@@ -46,7 +46,7 @@ def law_of(design: dict) -> dict[str, np.ndarray]:
     lft = {name: np.array(value, dtype=float) for name, value in design["lft"].items() if name != "blocks"}
     ts = design["sample_time"]
     (n, r), p = lft["Bt"].shape, lft["By"].shape[1]
-    # A list without rows does not give their width.
+    # A list without rows does not state their width.
     lft |= {"Ct": lft["Ct"].reshape(r, n), "Dtt": lft["Dtt"].reshape(r, r), "Dty": lft["Dty"].reshape(r, p)}
     b, c = np.hstack([lft["Bt"], lft["By"]]), np.vstack([lft["Ct"], lft["Cu"]])
     d = np.block([[lft["Dtt"], lft["Dty"]], [lft["Dut"], lft["Duy"]]])
@@ -65,7 +65,7 @@ def law_of(design: dict) -> dict[str, np.ndarray]:
 
 
 def parts_of_y(inputs: list[dict]) -> dict[str, list]:
-    """Return how references, measurements and level flight, each in the order of SIGNALS, enter y, and its scales."""
+    """Return the coefficients of references, measurements and trim, in the order of SIGNALS, in y, and its scales."""
     parts = {"error": (1.0, -1.0, 0.0), "reference": (1.0, 0.0, -1.0), "measurement": (0.0, 1.0, -1.0)}
     names = ("OF_REFERENCE", "OF_MEASURED", "OF_LEVEL")
     found = {
@@ -76,10 +76,10 @@ def parts_of_y(inputs: list[dict]) -> dict[str, list]:
 
 
 def y_in_c(law: dict[str, np.ndarray]) -> str:
-    """Return the macro that writes y as differences, as one would by hand."""
+    """Return the macro that writes y as differences, as a programmer would."""
     lines = []
     for row, scale in enumerate(law["SCALE"].tolist()):
-        # References of pitch and speed follow the measurements in `in`; there is none of the pitch rate.
+        # References of pitch and speed follow the measurements in `in`; the pitch rate has none.
         terms = [f"in[{i}]" for i in range(3) if law["OF_MEASURED"][row, i] > 0]
         terms += [f"in[{i + 3}]" for i in range(3) if law["OF_REFERENCE"][row, i] > 0]
         terms += [f"- in[{i}]" for i in range(3) if law["OF_MEASURED"][row, i] < 0]
@@ -121,7 +121,7 @@ class Peer:
         self.head = [library, guid, resources]
 
     def measure(self, driver: Path, step: float, count: int, rounds: int) -> tuple[float, list[float]]:
-        """Return nanoseconds a step and the outputs at the end."""
+        """Return nanoseconds per step and the final outputs."""
         words = [driver, *self.head, repr(step), count, rounds, *self.tail]
         done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
         if done.returncode != 0:
@@ -143,7 +143,7 @@ def from_fmu(name: str, fmu: Path, folder: Path, outputs: list[str], count: int)
 
 
 def by_hand(law: dict[str, np.ndarray], actuators: list[str], folder: Path) -> Peer:
-    """Compile the law in C for its sizes and return it as a peer."""
+    """Compile the C law for its sizes and return it as a peer."""
     (folder / "law.h").write_text(header(law), encoding="utf-8")
     floor = folder / "floor.so"
     words = ["cc", "-O3", "-shared", "-fPIC", f"-I{folder}", "-o", floor, HERE / "floor.c"]
@@ -160,7 +160,7 @@ def compiled_driver(folder: Path) -> Path:
 
 
 def peers(design: dict, fmu: Path, folder: Path) -> list[Peer]:
-    """Return the controller, C by hand, and pythonfmu."""
+    """Return the controller, hand-written C, and pythonfmu."""
     law = law_of(design)
     actuators = [one["name"] for one in design["actuators"]]
     (folder / "law.json").write_text(json.dumps({n: v.tolist() for n, v in law.items()}), encoding="utf-8")
@@ -175,7 +175,7 @@ def peers(design: dict, fmu: Path, folder: Path) -> list[Peer]:
 
 
 def check_agreement(peers: Sequence[Peer], driver: Path, step: float) -> float:
-    """Return by how much the commands of the others differ from the first one's; raise an error above `AGREEMENT`."""
+    """Return the largest difference from the commands of the first peer; raise an error above `AGREEMENT`."""
     first, *others = (peer.measure(driver, step, COMPARED, 1)[1] for peer in peers)
     scale = max(max(map(abs, first)), 1.0)
     worst = max(abs(a - b) / scale for end in others for a, b in zip(first, end, strict=True))
@@ -190,7 +190,7 @@ def rows(design: dict, fmu: Path) -> list[str]:
         folder = Path(name)
         driver = compiled_driver(folder)
         found = peers(design, fmu, folder)
-        # The binary of pythonfmu expects an interpreter in the process, and is not linked with one.
+        # The binary of pythonfmu needs an interpreter in the process, and is not linked with one.
         interpreter = Path(sysconfig.get_config_var("LIBDIR")) / sysconfig.get_config_var("INSTSONAME")
         os.environ |= {
             "LD_PRELOAD": str(interpreter),
@@ -214,7 +214,7 @@ def rows(design: dict, fmu: Path) -> list[str]:
 
 
 def packaged(folder: Path) -> tuple[dict, Path]:
-    """Return the design that is compared, and its controller's FMU; the law by hand has no anti-windup."""
+    """Return the design under comparison, and its controller's FMU; the hand-written law has no anti-windup."""
     vehicle, out = full_order(folder, anti_windup=False)
     squid("package", vehicle, "--out", out)
     fmu = out / "squid_controller.fmu"

@@ -1,8 +1,8 @@
 """Measure the processor time of commands against benches/budget.toml: `budget.py SQUID [--every] [--write]`.
 
-Processor time is compared with that of a loop in Python, run on every processor at once just after it, so that the
-ratio depends little on the machine and its load. Prints a line for each command. With `--every` the long commands are
-measured too, and a ratio beyond 1.5 fails. With `--write` the file gets what was measured.
+Processor time is compared with that of a Python loop, run on every processor at once just afterwards, so that the ratio
+depends little on the machine and its load. Prints a line for each command. With `--every` long commands are measured
+too, and a ratio beyond 1.5 fails. With `--write` the file is updated with the measurements.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LOOP = "x = 0.0\nfor i in range(10_000_000):\n    x += i * 1e-9\n"
 
 
 def processor_time(commands: list[list[str]]) -> float:
-    """Run commands at once; return the processor time of all (s)."""
+    """Run commands in parallel; return the processor time of all (s)."""
 
     def used() -> float:
         children = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -21,7 +21,7 @@ FLIGHTS, ROUNDS = 256, 5
 
 
 def campaign(threads: int, flights: int = FLIGHTS) -> tuple[float, float, float]:
-    """Return wall-clock and processor time a flight (s), and the memory of the process at its largest (MB)."""
+    """Return wall-clock and processor time per flight (s), and the peak memory of the process (MB)."""
     from fly import build
 
     with tempfile.TemporaryDirectory() as to:
@@ -36,7 +36,7 @@ def campaign(threads: int, flights: int = FLIGHTS) -> tuple[float, float, float]
 
 
 def fmpy() -> tuple[float, float]:
-    """Return wall-clock and processor time (s) of the default flight, without reading and unpacking the FMUs."""
+    """Return wall-clock and processor time (s) of the default simulation, without reading and unpacking the FMUs."""
     from fly import flight, record
     from fly.master import Slave, couple
     from fly.package import Packages

@@ -26,7 +26,7 @@ LEAST = 1e-3
 
 @dataclass
 class Filtered:
-    """Maps of (x, f | wt, w_D, w): to x' and f', to zt and wt with what is filtered of them, to z_D and w_D, to z."""
+    """Maps from (x, f | wt, w_D, w) to x' and f', to zt and wt with their filtered values, to z_D and w_D, and to z."""
 
     dynamics: np.ndarray
     into: np.ndarray
@@ -79,9 +79,9 @@ class Filtered:
 
 
 def in_good_coordinates(loop: Loop, claimed: dict) -> Loop:
-    """Return the loop with balanced states, even channels, and the claim's gamma as the unit of a gain.
+    """Return the loop with balanced states, equilibrated channels, and the claim's gamma as the unit of gain.
 
-    With uneven channels Clarabel fails.
+    Clarabel fails if the channels are not equilibrated.
     """
     n, r, _ = loop.sizes
     x, t, z = (m.astype(float) for m in (loop.x, loop.t, loop.z))
@@ -103,7 +103,7 @@ def in_good_coordinates(loop: Loop, claimed: dict) -> Loop:
 
 
 def even(state: np.ndarray, channel: np.ndarray, n: int, r: int) -> np.ndarray:
-    """Return the d of zt = d zt~, wt = d wt~ with which the peaks from wt~ to zt~ have even rows and columns."""
+    """Return d of zt = d zt~, wt = d wt~ that equilibrates rows and columns of the peaks from wt~ to zt~."""
     peaks = np.abs(channel[:, n : n + r])
     for omega in OMEGA:
         inner = np.linalg.solve(1j * omega * np.eye(n) - state[:, :n], state[:, n : n + r])
@@ -117,7 +117,7 @@ def even(state: np.ndarray, channel: np.ndarray, n: int, r: int) -> np.ndarray:
 
 
 def balancing(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Return the T of x = T x~ with which both gramians are equal and diagonal."""
+    """Return T of x = T x~ for which both gramians are equal and diagonal."""
     floor = LEAST**2 * np.eye(len(a))
     reached = np.linalg.cholesky(solve_continuous_lyapunov(a, -b @ b.T - floor))
     shown = np.linalg.cholesky(solve_continuous_lyapunov(a.T, -c.T @ c - floor))

@@ -1,4 +1,4 @@
-"""Time a tick of the C that `squid export` writes, against C by hand with the same law, in one run.
+"""Time a tick of the C source of `squid export`, against hand-written C with the same law, in one run.
 
 Run `python3 run.py fly` first, which builds the command. Writes a table to docs/benchmarks.md.
 """
@@ -35,7 +35,7 @@ def law_of(design: dict) -> str:
         "INTO": np.hstack([q.T @ law["Ct"], q.T @ law["Dty"]]),
         "OUT": np.hstack([law["Cu"], law["Duy"], law["Dut"] @ q]),
         "UP": np.hstack([law["A"], law["By"], law["Bt"] @ q]),
-        # The state of this law is that of the design over Ts.
+        # The state of this law is that of the design divided by Ts.
         "E": m @ np.array(design["anti_windup"]),
         "TRIM": law["TRIM"].T,
         **{name: law[name] for name in ("SPEED", "FORWARD", "PITCH", "ACTUATOR", "FILTER", "CENTRE", "HALF")},

@@ -1,8 +1,8 @@
-"""Heading laws that are flown on REMUS 100 and LAUV, with the gains their authors publish.
+"""Heading laws simulated on REMUS 100 and LAUV, with the gains that their authors publish.
 
-The equations are written anew from the sources named below; gains and limits are theirs unless `source` says otherwise.
-Angles are in rad, and not wrapped, which turns of less than 180 deg do without. A law returns the rudder in its own
-sign, positive to starboard; that of this vehicle is positive to port.
+The equations are implemented from the sources named below; gains and limits are theirs unless `source` says otherwise.
+Angles are in rad and not wrapped, which turns of less than 180 deg do not need. A law returns the rudder angle with its
+own sign, positive to starboard; that of this vehicle is positive to port.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from typing import Protocol
 
 
 class Law(Protocol):
-    """A heading law that is called once a tick."""
+    """A heading law, called once per tick."""
 
     def rudder(self, reference: float, heading: float, rate: float) -> float:
-        """Return the rudder, positive to starboard, from reference, heading and yaw rate of the hull."""
+        """Return the rudder angle, positive to starboard, from reference, heading and yaw rate of the hull."""
 
 
 def within(value: float, limit: float) -> float:
-    """Return a value, cut off at a limit of either sign."""
+    """Return a value, saturated at plus or minus a limit."""
     return max(-limit, min(limit, value))
 
 
 @dataclass
 class Fossen:
-    """PID with integral and sliding mode behind a reference model of third order: the law of both PVS and MSS.
+    """PID with integral and sliding mode behind a third-order reference model: the law of both PVS and MSS.
 
     T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd edition, 2021, eq. 16.479 and 12.10.
     MSS: GNC/integralSMCheading.m and GNC/refModel.m; PVS: lib/control.py and lib/guidance.py.
@@ -47,7 +47,7 @@ class Fossen:
     integral: float = 0.0
 
     def rudder(self, reference: float, heading: float, rate: float) -> float:
-        """Return the rudder, and move integral and reference model by a tick."""
+        """Return the rudder angle, and advance integral and reference model by a tick."""
         angle, turn, acceleration = self.wanted
         error, rate_error = heading - angle, rate - turn
         off = rate_error + 2.0 * self.surface * error + self.surface**2 * self.integral
@@ -58,7 +58,7 @@ class Fossen:
         return (self.lag * pull + rate - off - self.proportional * off - switched) / self.gain
 
     def follow(self, reference: float) -> None:
-        """Move the reference model by a tick, with Euler's method."""
+        """Advance the reference model by a tick, with Euler's method."""
         angle, turn, acceleration = self.wanted
         w, order = self.frequency, 2.0 * self.damping + 1.0
         jerk = w**3 * (reference - angle) - order * w**2 * turn - order * w * acceleration
@@ -71,9 +71,9 @@ class Fossen:
 
 @dataclass
 class Dune:
-    """Heading in a loop around yaw rate, each proportional, without a reference model.
+    """Heading loop around a yaw rate loop, both proportional, without a reference model.
 
-    DUNE: src/Control/AUV/Attitude/Task.cpp; Allocator/Task.cpp turns a torque n into fins of n/(2 `Fin effect N`).
+    DUNE: src/Control/AUV/Attitude/Task.cpp; Allocator/Task.cpp maps a torque n to fin angles n/(2 `Fin effect N`).
     """
 
     heading_gain: float = 1.5  # Heading PID Gains
@@ -91,7 +91,7 @@ class Dune:
 
 @dataclass(frozen=True)
 class Peer:
-    """A law to fly, how it is made for a sample time (s), and where its gains are from."""
+    """A law under comparison, its constructor for a sample time (s), and the source of its gains."""
 
     name: str
     make: Callable[[float], Law]

@@ -1,8 +1,7 @@
-"""Fly the heading autopilot of REMUS 100 and the heading laws of others through the FMUs, in six degrees of freedom.
+"""Simulate the heading autopilot of REMUS 100 and other heading laws with the FMUs, in six degrees of freedom.
 
-Run `python3 run.py fly vehicles/remus100` first; another folder with its FMUs may be
-given. Depth, pitch and speed are squid's in every flight: a peer commands the rudder alone. Writes a table to
-docs/benchmarks.md.
+Run `python3 run.py fly vehicles/remus100` first; another folder with its FMUs may be given. Depth, pitch and speed are
+controlled by squid in every simulation: a peer commands the rudder only. Writes a table to docs/benchmarks.md.
 """
 
 from __future__ import annotations
@@ -30,18 +29,18 @@ VEHICLE = ROOT / "vehicles" / "remus100"
 FOLDER = ROOT / "build" / "remus100" / "depth-heading"
 TICK = 0.02  # s
 CURRENT = {"current_north": 0.43, "current_east": 0.25}  # m/s
-TURN, TURN_TIME, AFTER = math.radians(-60.0), 10.0, 150.0  # When it begins, and how long it is watched (s).
-DEPTHS = 10.0, 30.0  # m, before and after the beginning of the turn.
-BAND = 0.02  # Of the turn.
-HELD = 20.0  # Seconds at the end of a flight in which the heading must be within the band,
-REST = math.radians(1.0)  # and in which the rudder may move by so much, or it swings for ever.
+TURN, TURN_TIME, AFTER = math.radians(-60.0), 10.0, 150.0  # Start of the turn, and time for which it is observed (s).
+DEPTHS = 10.0, 30.0  # Before and after the start of the turn (m).
+BAND = 0.02  # Fraction of the turn.
+HELD = 20.0  # Seconds at the end of a simulation in which the heading must be within the band,
+REST = math.radians(1.0)  # and in which the rudder may move by this angle; otherwise it oscillates.
 ROLL, ASTRAY = math.radians(60.0), math.pi  # A vehicle beyond this roll or heading error has departed.
-NOISE = math.radians(0.3), math.radians(0.1)  # Of a sample of the heading, and of its rate.
+NOISE = math.radians(0.3), math.radians(0.1)  # Noise of a sample of the heading, and of its rate.
 STEADY = 300.0  # Seconds in which the rudder is measured under noise.
 OFFSET, LATER = (
     math.radians(1.0),
     60.0,
-)  # Of a rudder that is mounted askew, and when the heading is measured (s).
+)  # Offset of a misaligned rudder, and time at which the heading is measured (s).
 CORNERS, SEED = 40, 7
 DELAY_SPEEDS = 1.54, 2.1  # m/s
 CORNER_SPEEDS = 1.6, 2.1
@@ -52,9 +51,9 @@ LAWS: tuple[str, ...] = (OURS, *(peer.name for peer in PEERS))
 
 @dataclass(frozen=True)
 class Corner:
-    """A vehicle at a corner of the declared uncertainty: its coefficients, and what its rudder does.
+    """A vehicle at a corner of the declared uncertainty: its coefficients, and the effect of its rudder.
 
-    The FMU has no parameter for the moment of the rudder: the difference (kg/rad) comes as a moment from outside.
+    The FMU has no parameter for the moment of the rudder: the difference (kg/rad) is applied as an external moment.
     """
 
     coefficients: dict[str, float]
@@ -67,7 +66,7 @@ NOMINAL = Corner({})
 
 @dataclass(frozen=True)
 class Flight:
-    """What is flown; the delay of the rudder command is in ticks."""
+    """A simulation; the delay of the rudder command is in ticks."""
 
     vehicle: Corner = NOMINAL
     speed: float = 1.54
@@ -80,7 +79,7 @@ class Flight:
 
 
 class Seen(NamedTuple):
-    """What is read of the plant at each sample, by the names of its outputs."""
+    """Outputs of the plant that are read at each sample."""
 
     heading: float
     heading_rate: float
@@ -91,7 +90,7 @@ class Seen(NamedTuple):
     rudder_output: float
 
     def plus(self, angle: float, rate: float) -> Seen:
-        """Return what is measured with errors of the heading and of its rate."""
+        """Return the measurement with errors of the heading and of its rate."""
         return self._replace(
             heading=self.heading + angle,
             heading_rate=self.heading_rate + rate,
@@ -100,7 +99,7 @@ class Seen(NamedTuple):
 
 
 class Turn:
-    """The record of a flight, until its end or until the vehicle departs."""
+    """The record of a simulation, until its end or until the vehicle departs."""
 
     def __init__(self, wanted: float) -> None:
         self.wanted = wanted
@@ -118,11 +117,11 @@ class Turn:
         self.rudder.append(now.rudder_output)
 
     def part(self) -> list[float]:
-        """Return the part of the turn that is made, from its beginning."""
+        """Return the completed fraction of the turn, from its start."""
         return [value / self.wanted for value in self.heading[round(TURN_TIME / TICK) :]]
 
     def settled(self) -> float:
-        """Return the time from which on the heading is in the band (s); it is endless without rest at the end."""
+        """Return the time after which the heading stays in the band (s); infinite without rest at the end."""
         part, held = self.part(), round(HELD / TICK)
         last = max((k for k, value in enumerate(part) if abs(value - 1.0) > BAND), default=-1)
         at_rest = last < len(part) - held and max(self.rudder[-held:]) - min(self.rudder[-held:]) < REST
@@ -135,7 +134,7 @@ class Turn:
         return (end - begin) * TICK
 
     def overshoot(self) -> float:
-        """Return how far the heading goes beyond the turn (%)."""
+        """Return the overshoot of the heading (%)."""
         return max(0.0, 100.0 * (max(self.part()) - 1.0))
 
     def travel(self) -> float:
@@ -170,7 +169,7 @@ def vehicle(folder: Path, flight: Flight) -> Iterator[tuple[Loop, dict[str, floa
 
 
 def fly(folder: Path, law: Law | None, flight: Flight) -> Turn:
-    """Fly the law of a peer, or without one squid's own."""
+    """Simulate the law of a peer, or squid's own if there is none."""
     import numpy as np
 
     turn, steps = Turn(flight.turn), round(flight.duration / TICK)
@@ -197,7 +196,7 @@ def fly(folder: Path, law: Law | None, flight: Flight) -> Turn:
 
 
 def decide(loop: Loop, law: Law | None, reference: float, measured: Seen, time: float) -> float:
-    """Step the controller, command all but the rudder, and return the command to the rudder within its limits."""
+    """Step the controller, apply all commands but the rudder's, and return the rudder command within its limits."""
     loop.controller.set("heading", measured.heading)
     loop.controller.set("heading_rate", measured.heading_rate)
     loop.controller.step_to(time)
@@ -211,18 +210,18 @@ def decide(loop: Loop, law: Law | None, reference: float, measured: Seen, time: 
 
 
 def act(plant: Slave, flight: Flight, command: float, now: Seen) -> None:
-    """Command the rudder of a vehicle that may be another than the plant's."""
+    """Apply the rudder command to a vehicle that may differ from the plant's."""
     plant.set("rudder", flight.vehicle.gain * command + flight.offset)
     plant.set("external_moment_z", flight.vehicle.moment * now.speed * abs(now.speed) * now.rudder_output)
 
 
 def made(name: str) -> Law | None:
-    """Return a law at its start; none is that in squid's FMU."""
+    """Return a law at its start; None stands for that in squid's FMU."""
     return next((peer.make(TICK) for peer in PEERS if peer.name == name), None)
 
 
 def corners(folder: Path) -> list[Corner]:
-    """Draw corners of the uncertainty that design.toml declares."""
+    """Sample corners of the uncertainty declared in design.toml."""
     import numpy as np
     from fly.master import Slave
 
@@ -250,7 +249,7 @@ def corners(folder: Path) -> list[Corner]:
 
 
 def nominal(folder: Path, name: str) -> dict[str, float]:
-    """Return the figures of the turn of the vehicle as it is."""
+    """Return the figures of the turn of the nominal vehicle."""
     turn, straight = (fly(folder, made(name), Flight(turn=to)) for to in (TURN, 0.0))
     moved = max(abs(a - b) for a, b in zip(turn.depth, straight.depth, strict=False))
     return {
@@ -271,7 +270,7 @@ def under_noise(folder: Path, name: str) -> float:
 
 
 def askew(folder: Path, name: str) -> float:
-    """Return how far off the heading is that is held with a rudder mounted askew (deg)."""
+    """Return the heading error held with a misaligned rudder (deg)."""
     held = Flight(turn=0.0, depths=DEPTHS[1:] * 2, duration=LATER, offset=OFFSET)
     return math.degrees(abs(fly(folder, made(name), held).heading[-1]))
 
@@ -294,7 +293,7 @@ def at_corner(folder: Path, name: str, speed: float, corner: Corner) -> tuple[fl
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the table: by how much two figures must differ, relative to squid's or in their unit, to count."""
+    """A row of the table: the difference of two figures, relative to squid's or in their unit, that counts."""
 
     label: str
     key: str
@@ -304,7 +303,7 @@ class Row:
     absolute: float = 0.0
 
     def judge(self, ours: float, theirs: float) -> int:
-        """Return 1 where squid is better, -1 where the other is, and 0 for a draw."""
+        """Return 1 if squid is better, -1 if the other is, and 0 for a draw."""
         if ours == theirs:
             return 0
         margin = max(self.absolute, self.relative * ours) if math.isfinite(ours) else 0.0
@@ -312,12 +311,12 @@ class Row:
         return 0 if abs(gain) <= margin else int(math.copysign(1.0, gain))
 
     def cell(self, value: float) -> str:
-        """Return a figure as it is printed."""
+        """Return a figure as printed."""
         return f"{value:.{self.places}f}" if math.isfinite(value) else "never"
 
 
 def at(speed: float) -> str:
-    """Return how a speed is printed."""
+    """Return a speed as printed."""
     return f"{speed:g} m/s"
 
 
@@ -354,7 +353,7 @@ ROWS = (
 
 @dataclass(frozen=True)
 class Asked:
-    """The flights of a law that are under way; by speed those with a delay and those at corners."""
+    """The running simulations of a law; by speed those with a delay and those at corners."""
 
     turn: Future[dict[str, float]]
     noise: Future[float]
@@ -364,14 +363,14 @@ class Asked:
 
 
 def of_corners(speed: float, turns: list[tuple[float, float]]) -> dict[str, float]:
-    """Return how many vehicles settle, and the worst figures of these."""
+    """Return the number of vehicles that settle, and their worst figures."""
     settled = [(time, over) for time, over in turns if math.isfinite(time)]
     slowest, over = (max((one[k] for one in settled), default=math.inf) for k in (0, 1))
     return {f"count {speed}": len(settled), f"slowest {speed}": slowest, f"over {speed}": over}
 
 
 def measure(folder: Path) -> dict[str, dict[str, float]]:
-    """Fly every law, on all cores, and return its figures."""
+    """Simulate every law, on all cores, and return its figures."""
     drawn = corners(folder)
     with ProcessPoolExecutor() as pool:
         asked = {name: ask(pool, folder, name, drawn) for name in LAWS}
@@ -379,7 +378,7 @@ def measure(folder: Path) -> dict[str, dict[str, float]]:
 
 
 def ask(pool: ProcessPoolExecutor, folder: Path, name: str, drawn: list[Corner]) -> Asked:
-    """Begin the flights of a law."""
+    """Start the simulations of a law."""
     return Asked(
         pool.submit(nominal, folder, name),
         pool.submit(under_noise, folder, name),
@@ -393,7 +392,7 @@ def ask(pool: ProcessPoolExecutor, folder: Path, name: str, drawn: list[Corner])
 
 
 def gathered(name: str, asked: Asked) -> dict[str, float]:
-    """Return the figures of a law when its flights have ended, and print them."""
+    """Return the figures of a law when its simulations have ended, and print them."""
     figures = asked.turn.result() | {"noise": asked.noise.result(), "askew": asked.askew.result()}
     figures |= {f"delay {speed}": delay.result() for speed, delay in asked.delays.items()}
     for speed, turns in asked.corners.items():
@@ -403,7 +402,7 @@ def gathered(name: str, asked: Asked) -> dict[str, float]:
 
 
 def line(row: Row, figures: dict[str, dict[str, float]]) -> str:
-    """Return a row of the table; in bold what is better than squid's."""
+    """Return a row of the table, with figures better than squid's in bold."""
     ours = figures[OURS][row.key]
     judged = {name: row.judge(ours, figures[name][row.key]) for name in LAWS[1:]}
     cells = [row.cell(ours)]

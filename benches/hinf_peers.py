@@ -23,7 +23,7 @@ def read(path: Path) -> tuple[dict[str, np.ndarray], float]:
 
 
 def closed_norm(p: dict[str, np.ndarray], k: tuple[np.ndarray, ...]) -> float:
-    """Return the H-infinity norm from w to z with the controller k = (A, B, C, D), infinite where it is unstable.
+    """Return the H-infinity norm from w to z with the controller k = (A, B, C, D), infinite if it is unstable.
 
     A grid of frequencies around the moduli of the poles, each peak refined: a lower bound, tight for a smooth response.
     """
@@ -53,7 +53,7 @@ def closed_norm(p: dict[str, np.ndarray], k: tuple[np.ndarray, ...]) -> float:
 
 
 def synthesise(method: str, plant: control.StateSpace, nmeas: int, ncon: int) -> tuple[object, dict[str, float]]:
-    """Return the controller of a method, and what it says of it."""
+    """Return the controller of a method, and its message."""
     if method == "squid":
         found = squid_lpv.hinfsyn_proved(plant, nmeas, ncon)
         return found.synthesis.K, {"gamma": found.synthesis.gam, "least": found.gamma}
@@ -74,7 +74,7 @@ def run(method: str, p: dict[str, np.ndarray]) -> dict[str, float | str]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             k, said = synthesise(method, plant, len(p["C2"]), p["B2"].shape[1])
-    except Exception as error:  # Whatever it raises is the finding.
+    except Exception as error:  # Any exception is a finding.
         return {"seconds": time.perf_counter() - begin, "failure": f"{type(error).__name__}: {error}"}
     seconds = time.perf_counter() - begin
     if k is None:

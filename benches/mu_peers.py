@@ -16,7 +16,7 @@ import slycot
 
 ROUNDS = 5
 CALLS = 41
-# Name, blocks in the usual notation, number of calls of dkpy: 0 where it does not support the blocks.
+# Name, blocks in the usual notation, number of calls of dkpy: 0 if it does not support the blocks.
 STRUCTURES = (
     ("AB13MD's example: 2 real, full 2 x 2, 2 complex", [[-1, 0], [-1, 0], [2, 2], [1, 1], [1, 1]], 0),
     ("4 complex", [[1, 1]] * 4, 1),
@@ -24,7 +24,7 @@ STRUCTURES = (
     ("10 real", [[-1, 0]] * 10, 0),
     ("20 real", [[-1, 0]] * 20, 0),
 )
-# The aircraft of the last rows: its coefficients, and the frequency (rad/s) where the bound is largest.
+# Aircraft of the last rows: its coefficients, and the frequency (rad/s) of the largest bound.
 AIRCRAFT = "14 real: transport aircraft at 0.664 rad/s, the peak"
 PEAK = 0.66409
 SWEEPS = 2
@@ -105,13 +105,13 @@ def cell(seconds: float, bound: float) -> str:
 
 
 def sweep_rows(program: Path, problems: list[Path]) -> list[str]:
-    """Return the table of sweeps over all frequencies, each with its perturbation; processor time of one."""
+    """Return the table of sweeps over all frequencies, with their perturbations and the processor time of one."""
     table = ["| speed, m/s | real scalars, repeated | states | s | mu <= | mu >= | intervals |", "|---" * 7 + "|"]
     for path in problems:
         file = json.loads(path.read_text(encoding="utf-8"))
         before = os.times()
         done = subprocess.run([program, path, str(SWEEPS)], capture_output=True, text=True, check=True)
-        seconds = (os.times().children_user - before.children_user) / (SWEEPS + 1)  # One does not count inside.
+        seconds = (os.times().children_user - before.children_user) / (SWEEPS + 1)  # Plus one warm-up sweep.
         found = json.loads(done.stdout)
         blocks = [-r for r, _ in file["data"]["blocks"]]
         cells = [path.stem, f"{len(blocks)}, in all {sum(blocks)}", str(len(file["data"]["P"]["A"]))]

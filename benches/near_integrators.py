@@ -2,9 +2,9 @@
 
 near_integrators.py SQUID [COUNT]   needs slycot 0.7.1, scipy and mpmath
 
-Four kinds in turn, seed 0, 1, ..: disturbance and noise in, output and control out, of poles and zeros in series,
-without and with slow zeros; systems of several inputs and outputs, half of them in a random orthogonal basis; mixed
-sensitivity with a near-integrator as weight.
+Four kinds in turn, with seeds 0, 1, ...: poles and zeros in series, from disturbance and noise to output and control,
+without and with slow zeros; multivariable systems, half of them in a random orthogonal basis; mixed sensitivity with a
+near-integrator as weight.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def slow(rng: np.random.Generator) -> float:
 
 
 def moderate(rng: np.random.Generator, stable: float) -> float:
-    """Return a real pole or zero of order 1, on the left with this probability."""
+    """Return a real pole or zero of order 1, in the left half-plane with this probability."""
     return -rng.uniform(0.3, 3) * (1 if rng.random() < stable else -1)
 
 
@@ -173,7 +173,7 @@ def gain(loop: list[mp.matrix], omega: float) -> float:
 
 
 def loop_norm(p: Plant, k: list[np.ndarray], points: int = 400) -> float:
-    """Return the largest gain of the loop over frequency, its peak refined; infinite where it is unstable."""
+    """Return the largest gain of the loop over frequency, its peak refined; infinite if it is unstable."""
     loop = exact_loop(p, k)
     poles = [complex(v) for v in mp.eig(loop[0], left=False, right=False)]
     if max(v.real for v in poles) >= 0:

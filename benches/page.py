@@ -1,4 +1,4 @@
-"""What the scripts share: an environment of their own, a design, and their tables in docs/benchmarks.md."""
+"""Code shared by the scripts: their environment, a design, and their tables in docs/benchmarks.md."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fly import build, environment  # noqa: E402
 
 
 def in_environment(script: str, name: str = "tests", requirements: Path = environment.TESTS) -> None:
-    """Start a script again in an environment in build/; create that if it is missing."""
+    """Restart a script in an environment in build/, which is created if it is missing."""
     if os.environ.get("SQUID_BENCH") == "1":
         return
     found = environment.ready(name, requirements)

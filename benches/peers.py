@@ -35,8 +35,8 @@ SIZES = ((4, 4), (8, 5), (12, 6), (16, 7), (20, 8), (24, 10))
 PARTS = ("squid", "rate", "constant", "plain", "growth", "mu")
 ROUNDS = 3
 PAIRS = 15
-ACCURACY = 1e-3  # Relative: by so much a peer's gamma may be below the norm of its loop and still count as right.
-PATIENCE = 10.0  # Seconds after which a peer counts as hanging.
+ACCURACY = 1e-3  # Relative error within which a peer's gamma may be below the norm of its loop.
+PATIENCE = 10.0  # Seconds after which a peer is considered to hang.
 
 
 def ours(path: Path, *rate: str) -> dict:
@@ -46,14 +46,14 @@ def ours(path: Path, *rate: str) -> dict:
 
 
 def answer(method: str, path: Path, to: Connection) -> None:
-    """Send what a synthesis comes to."""
+    """Send the result of a synthesis."""
     from hinf_peers import read, run
 
     to.send(run(method, read(path)[0]))
 
 
 def in_python(method: str, path: Path) -> dict:
-    """Run a synthesis in a process of its own, which may hang; the libraries are loaded before it is split off."""
+    """Run a synthesis, which may hang, in its own process, forked after the libraries are loaded."""
     import hinf_peers  # noqa: F401
 
     context = multiprocessing.get_context("fork")
@@ -71,7 +71,7 @@ def in_python(method: str, path: Path) -> dict:
 
 
 def with_wheel() -> None:
-    """Build the wheel and install it beside the peers."""
+    """Build the wheel and install it with the peers."""
     subprocess.run([sys.executable, ROOT / "run.py", "wheels", "--platforms", "host"], check=True)
     wheel = next((ROOT / "build" / "wheels" / "host").glob("*.whl"))
     pip = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--force-reinstall"]
@@ -107,7 +107,7 @@ def squid_rows() -> list[str]:
 
 
 def child_time() -> float:
-    """Return the CPU time (s) of the processes that were waited for."""
+    """Return the CPU time (s) of the finished child processes."""
     times = os.times()
     return times.children_user + times.children_system
 
@@ -189,7 +189,7 @@ def plain_row(name: str) -> str:
 
 
 def wheel_row(name: str) -> str:
-    """Return the row of one plant, synthesised through the wheel and by the command in turn."""
+    """Return the row of one plant, synthesised with the wheel and with the command in turn."""
     from hinf_peers import read, run
 
     path = ROOT / "tests" / "cases" / f"{name}.json"
@@ -241,7 +241,7 @@ def main() -> int:
     words = ["cargo", "build", "--release", "--workspace", "--examples"]
     subprocess.run(words, cwd=ROOT, check=True)
     wanted = [word for word in sys.argv[1:] if not word.startswith("-")] or [*PARTS]
-    if "plain" in wanted:  # First: it forks, which the threads of the others forbid.
+    if "plain" in wanted:  # First, because it forks, which the threads of the others prevent.
         with_wheel()
         head = "| plant | published | squid-lpv | " + " | ".join(METHODS) + " |"
         put("plain", [head, "|---" * 6 + "|", *(plain_row(name) for name in PLAIN)])

@@ -59,7 +59,7 @@ def least_of(p: Plant, rate: float, varying: str) -> float:
 
 
 def least_gamma(p: Plant, rate: float) -> float:
-    """Return the least gamma over the choices of what varies; one that Clarabel does not solve is left out."""
+    """Return the least gamma over the choices of varying matrices; a choice that Clarabel cannot solve is left out."""
     found = []
     for varying in VARYING:
         try:

@@ -1,4 +1,4 @@
-"""The licences of the crates that are compiled into what ships, the FMUs and the Python package: a file for each.
+"""Licences of the crates compiled into the shipped FMUs and the Python package, one file for each.
 
 `python3 run.py freeze` writes the files; a test checks that they are current and that every licence is allowed.
 """
@@ -16,7 +16,7 @@ from fly.stages import ROOT, StageError, answer
 
 @dataclass(frozen=True)
 class Shipped:
-    """What ships: its file of licences, the crates that it is built of, and what its binaries are called."""
+    """A shipped product: its licence file, the crates from which it is built, and the names of its binaries."""
 
     file: Path
     crates: tuple[str, ...]
@@ -45,9 +45,9 @@ below, each under the licence named first in its line. The text of the Apache Li
 
 
 def compiled_in(shipped: Shipped) -> list[dict]:
-    """Return the third-party packages linked into what ships, by name; procedural macros are not linked.
+    """Return the third-party packages linked into a product, by name; procedural macros are not linked.
 
-    `cargo metadata` has their licences, but also lists packages of disabled features; `cargo tree` has those built.
+    `cargo metadata` has their licences, but also lists packages of disabled features; `cargo tree` lists those built.
     """
     words = ["cargo", "tree", "--locked", "--edges=normal,no-proc-macro", "--prefix=none", "--format={p}"]
     for crate in shipped.crates:
@@ -71,7 +71,7 @@ def chosen(package: dict, allowed: tuple[str, ...]) -> str:
 
 
 def text(shipped: Shipped) -> str:
-    """Return the file: a line for each crate, followed by the text of its licence if that is one with a notice."""
+    """Return the file: a line for each crate, followed by the text of its licence if it requires a notice."""
     parts = [HEAD.format(what=shipped.what)]
     for package in compiled_in(shipped):
         licence = chosen(package, shipped.allowed)
@@ -92,7 +92,7 @@ NOTICES = {
 
 
 def notice(package: dict, licence: str) -> str:
-    """Return the text of a crate's licence; for a crate under MIT that comes without, its authors."""
+    """Return the text of a crate's licence; for a crate under MIT without one, its authors."""
     folder = Path(package["manifest_path"]).parent
     files = sorted((path for path in folder.iterdir() if TEXTS.match(path.name)), key=preference)
     for path in files:

@@ -1,4 +1,4 @@
-"""The law of the controller as a slave of pythonfmu, with NumPy; `law.json` lies beside it in the FMU's resources."""
+"""The control law as a slave of pythonfmu, with NumPy; `law.json` is in the FMU's resources."""
 
 import json
 from pathlib import Path
@@ -8,7 +8,7 @@ from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 
 
 class Peer(Fmi2Slave):
-    """One tick a step."""
+    """A slave with one tick per step."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -25,7 +25,7 @@ class Peer(Fmi2Slave):
             self.register_variable(Real(f"command{index}", causality=Fmi2Causality.output))
 
     def exit_initialization_mode(self):
-        """Start the filter at the reference."""
+        """Initialise the filter with the reference."""
         self.filtered = self.speed_reference
 
     def do_step(self, current_time, step_size):

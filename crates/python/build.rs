@@ -1,4 +1,4 @@
-//! Flags of the linker.
+//! Linker flags.
 
 use std::path::Path;
 
@@ -6,17 +6,16 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     let cfg = |name: &str| std::env::var(format!("CARGO_CFG_TARGET_{name}")).unwrap_or_default();
     let flag = match (cfg("OS").as_str(), cfg("ENV").as_str()) {
-        // The BLAS that Clarabel calls is the one inside: another one in Python's process, of SciPy say, may not take
-        // its place.
+        // Binds Clarabel to its own BLAS rather than to another one in Python's process, such as SciPy's.
         ("linux", _) => "-Wl,-Bsymbolic".to_owned(),
-        // Zig's linker exports whatever it finds, unless it is told what.
+        // Zig's linker exports every symbol unless given a list.
         ("windows", "gnu") => exports(),
         _ => return,
     };
     println!("cargo::rustc-cdylib-link-arg={flag}");
 }
 
-/// Writes what the library exports, and returns the path of the file.
+/// Writes the list of exported symbols, and returns the path of the file.
 fn exports() -> String {
     let folder = std::env::var("OUT_DIR").unwrap_or_default();
     let file = Path::new(&folder).join("exports.def");

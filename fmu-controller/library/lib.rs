@@ -1,3 +1,3 @@
-//! The C symbols of the FMU of the controller.
+//! C symbols of the controller FMU.
 
 squid_fmi2::export!(squid_fmu_controller::Controller);

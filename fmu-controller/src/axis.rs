@@ -8,7 +8,7 @@ use squid_scheduled::{
     Transition,
 };
 
-/// The frozen design of the first axis in `resources/`; that of the second is `controller_2.json`, and so on.
+/// File of the first axis's frozen design in `resources/`; the second is `controller_2.json`, and so on.
 pub const RESOURCE: &str = "controller.json";
 
 /// A sampled controller with its held inputs and outputs.
@@ -17,28 +17,28 @@ pub struct Axis {
     pub(crate) design: Arc<ControllerDesign>,
     pub(crate) autopilot: Autopilot,
     supervisor: Supervisor,
-    /// Measurements and references; the next tick uses them.
+    /// Measurements and references, used by the next tick.
     pub inputs: Inputs,
-    /// Whether the measured value of each signal is valid.
+    /// `true` for each signal whose measured value is valid.
     pub valid: Vec<bool>,
-    /// A measurement that is the same for this long, and should have moved, is lost, s; 0 if it never is for that.
+    /// Time after which a constant measurement that should have changed is considered lost \[s\]; 0 disables the check.
     pub stale_after: f64,
-    /// What the actuators get, and from whom.
+    /// Commands that the actuators receive, and their origin.
     pub applied: Applied,
-    /// Whether the last tick was the autopilot's.
+    /// `true` if the autopilot was engaged at the last tick.
     was_engaged: bool,
 }
 
-/// What the actuators get, as it is known to the autopilot.
+/// Commands that the actuators receive, as reported to the autopilot.
 #[derive(Debug, Clone)]
 pub struct Applied {
-    /// Whether the actuators get the autopilot's commands.
+    /// `true` if the actuators receive the autopilot's commands.
     pub engaged: bool,
-    /// Whether the commands here are what they get, also while it is engaged.
+    /// `true` if `commands` is what the actuators receive even while the autopilot is engaged.
     pub given: bool,
-    /// The commands, as the outputs are: of a thruster with a curve what it takes.
+    /// Applied commands in the units of the FMU's outputs; for a thruster with a curve the argument of the curve.
     pub commands: Vec<f64>,
-    /// The same in units of the actuators' outputs.
+    /// Applied commands in the units of the actuators' outputs.
     outputs: Vec<f64>,
 }
 
@@ -49,7 +49,7 @@ pub enum ControllerError {
     /// The design cannot be read.
     #[error(transparent)]
     Resource(#[from] ResourceError),
-    /// The design is not allowed.
+    /// The design is invalid.
     #[error("resources/{file}: {reason}")]
     Design {
         file: String,
@@ -59,33 +59,33 @@ pub enum ControllerError {
     /// Two axes do not fit together.
     #[error("resources/{file}: {what} is '{found}', and that of the axes before it is '{expected}'")]
     OtherAxes { file: String, what: &'static str, found: String, expected: String },
-    /// Two axes command an actuator.
+    /// Two axes command the same actuator.
     #[error("resources/{file}: the actuator '{name}' is commanded by an axis before it")]
     SharedActuator { file: String, name: String },
-    /// A tick could not be computed.
+    /// A tick failed.
     #[error(transparent)]
     Tick(#[from] TickError),
-    /// Derivatives of a tick that uses applied commands.
+    /// Derivatives were requested of a tick that uses applied commands.
     #[error(
         "there are no derivatives while applied commands are used: set engaged to true and applied_given to false"
     )]
     UsesApplied,
-    /// Derivatives of a tick in which the ranges of the commands open.
+    /// Derivatives were requested of a tick during which the ranges of the commands widen.
     #[error(
         "there are no derivatives in the second after the autopilot is engaged or believes a sensor again, while the \
          range of each command opens"
     )]
     Opens,
-    /// Derivatives of a tick without a sensor.
+    /// Derivatives were requested of a tick without a sensor.
     #[error("there are no derivatives while a sensor is lost")]
     SensorLost,
-    /// More ticks are due at once than in any flight, which only a manipulated state can cause.
+    /// More ticks are overdue than in any simulation, which only a manipulated saved state can cause.
     #[error("the next tick belongs to {tick} s, and the flight has come to {time} s without it")]
     Behind { tick: f64, time: f64 },
 }
 
 impl Axis {
-    /// The axis of a design in `resources`.
+    /// Loads the axis of a design in `resources`.
     ///
     /// # Errors
     /// [`ControllerError::Resource`], [`ControllerError::Design`].
@@ -94,8 +94,8 @@ impl Axis {
         Self::new(ControllerDesign::from_json(resources.text(file)?).map_err(bad)?).map_err(bad)
     }
 
-    /// The controller of a design, flying level in the middle of the scheduled speeds, so that a simulation with
-    /// default values stays in trim.
+    /// Creates the controller of a design, in level flight at the centre of the scheduled speeds, so that a simulation
+    /// with default values stays in trim.
     ///
     /// # Errors
     /// [`DesignError`].
@@ -119,34 +119,34 @@ impl Axis {
         })
     }
 
-    /// The frozen design.
+    /// Returns the frozen design.
     pub fn design(&self) -> &ControllerDesign {
         &self.design
     }
 
-    /// The autopilot with its outputs and ticks.
+    /// Returns the autopilot with its outputs and ticks.
     pub fn autopilot(&self) -> &Autopilot {
         &self.autopilot
     }
 
-    /// What an actuator gets: the autopilot's command, through the inverse of its curve if it has one.
+    /// Returns the command to an actuator, passed through the inverse of its curve if it has one.
     pub fn command(&self, index: usize) -> f64 {
         self.design.actuators[index].taken(self.supervisor.commands()[index]).0
     }
 
-    /// How the autopilot is.
+    /// Returns the status of the autopilot.
     pub fn health(&self) -> Health {
         self.supervisor.health(&self.autopilot)
     }
 
-    /// Whether the next tick believes all sensors, as the last one did.
+    /// Returns `true` if the next tick uses all sensors, as the last one did.
     pub(crate) fn is_complete(&self) -> bool {
         let mut next = self.supervisor.clone();
         next.judge(&self.autopilot, &self.inputs, &self.valid, self.stale_after);
         next.is_complete()
     }
 
-    /// Restarts at a time in s, with outputs for the present inputs.
+    /// Restarts at the time `start` \[s\], with outputs for the current inputs.
     ///
     /// # Errors
     /// [`ControllerError::Tick`].
@@ -160,7 +160,7 @@ impl Axis {
         Ok(())
     }
 
-    /// Follows the applied commands.
+    /// Makes the autopilot follow the applied commands.
     fn follow(&mut self) -> Result<(), TickError> {
         self.read_applied();
         self.supervisor.follow(&mut self.autopilot, &self.applied.outputs)
@@ -173,13 +173,13 @@ impl Axis {
         }
     }
 
-    /// Whether the next tick follows commands that are not the autopilot's.
+    /// Returns `true` if the next tick follows commands other than the autopilot's.
     pub fn follows(&self) -> bool {
         !(self.applied.engaged && self.was_engaged)
     }
 
-    /// Runs the ticks that are due before a time in s. The first takes its bearings from the inputs as they are then:
-    /// importers may set them after the initialization.
+    /// Runs the ticks that are due before the time `to` \[s\]. The first tick initialises the controller from the
+    /// inputs at that time, because importers may set them after initialisation.
     ///
     /// # Errors
     /// [`ControllerError::Behind`], [`ControllerError::Tick`].
@@ -194,10 +194,10 @@ impl Axis {
         Ok(())
     }
 
-    /// Passes every number that a saved state needs.
+    /// Writes or reads every number of a saved state.
     ///
     /// # Errors
-    /// Of a state that is read: the bytes end early, or are not a state of this axis.
+    /// [`StateError`] while reading if the bytes end early, or are not a state of this axis.
     pub fn pass_state(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
         state.reals(&mut self.inputs.measured)?;
         state.reals(&mut self.inputs.references)?;
@@ -250,7 +250,7 @@ impl Axis {
         }
     }
 
-    /// Runs the next tick with the present inputs, whatever the time.
+    /// Runs the next tick with the current inputs, whatever the time.
     ///
     /// # Errors
     /// [`ControllerError::Tick`].
@@ -271,7 +271,7 @@ impl Axis {
         Ok(())
     }
 
-    /// Checks that at most one tick is overdue at a time in s.
+    /// Checks that at most one tick is overdue at a time \[s\].
     ///
     /// # Errors
     /// [`ControllerError::Behind`].
@@ -298,7 +298,7 @@ impl Axis {
     }
 }
 
-/// Passes a number of ticks.
+/// Writes or reads a number of ticks.
 fn count(state: &mut dyn SavedState, ticks: &mut u32) -> Result<(), StateError> {
     let mut number = u64::from(*ticks);
     state.integer(&mut number)?;

@@ -1,4 +1,4 @@
-//! The autopilot behind the interface of an FMU: axes that share sensors and a clock.
+//! The autopilot behind the FMU interface: axes that share sensors and a clock.
 
 use squid_fmi2::model_description::{DefaultExperiment, identifier};
 use squid_fmi2::{About, Log, Model, Moment, Resources, SavedState, StateError, Tangents, Variable};
@@ -8,26 +8,26 @@ use crate::axis::{Axis, ControllerError, RESOURCE};
 use crate::tangents::Quantity;
 use crate::variables::{Input, engagement, healths, inputs, outputs, stale_after, validity};
 
-/// The names of monitors and constants of a further axis begin with that of its design.
+/// Returns the prefix of monitors and constants of a further axis: the name of its design.
 pub fn prefix(design: &ControllerDesign) -> String {
     format!("{}_", identifier(&design.design))
 }
 
-/// The axes of an autopilot. They have one sample time, and an input of one name is one input.
+/// The axes of an autopilot. They share the sample time and all inputs of the same name.
 #[derive(Debug, Clone)]
 pub struct Controller {
     axes: Vec<Axis>,
-    /// The inputs that an axis shares with one before it: index of the axis and input, there and here.
+    /// Inputs that an axis shares with an earlier one: axis index and input of the earlier, then of this axis.
     shared: Vec<[(usize, Input); 2]>,
 }
 
-/// The name of a resource of an axis, such as `controller.json`: of the second axis `controller_2.json`, and so on.
+/// Returns the file of an axis: `controller.json` for the first, `controller_2.json` for the second, and so on.
 pub fn of_axis(resource: &str, axis: usize) -> String {
     if axis == 0 { resource.to_owned() } else { resource.replace(".json", &format!("_{}.json", axis + 1)) }
 }
 
 impl Controller {
-    /// The axes, in the order of their files.
+    /// Returns the axes, in the order of their files.
     pub fn axes(&self) -> &[Axis] {
         &self.axes
     }
@@ -78,7 +78,7 @@ impl Controller {
         Ok(())
     }
 
-    /// Passes shared inputs on.
+    /// Copies shared inputs to the other axes.
     fn share(&mut self) {
         for [(from, there), (to, here)] in &self.shared {
             let value = there.of(&self.axes[*from]);
@@ -95,12 +95,12 @@ impl Controller {
         }
     }
 
-    /// The first quantity of an axis; see [`Variable::quantity`].
+    /// Returns the number of the first quantity of an axis; see [`Variable::quantity`].
     fn first(&self, axis: usize) -> usize {
         self.axes[..axis].iter().map(|axis| Quantity::count(axis.design())).sum()
     }
 
-    /// Fills in the tangents of the outputs from those of the inputs.
+    /// Computes the tangents of the outputs from those of the inputs.
     fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ControllerError> {
         for [(from, there), (to, here)] in &self.shared {
             let number = |axis: usize, input: Input| {
@@ -108,7 +108,7 @@ impl Controller {
             };
             tangents[number(*to, *here)] = tangents[number(*from, *there)];
         }
-        // A shared input that was set reaches the other axes with the next step.
+        // A new value of a shared input reaches the other axes with the next step.
         let mut next = self.clone();
         next.share();
         for (index, axis) in next.axes.iter().enumerate() {

@@ -1,10 +1,10 @@
 //! The gain-scheduled controller as a co-simulation FMU:
 //!
 //! ```text
-//! resources/controller.json, controller_2.json ... -> an axis each -> table of variables -> FMU
+//! resources/controller.json, controller_2.json ... -> one axis each -> table of variables -> FMU
 //! ```
 //!
-//! The crate contains no vehicle: names and limits of the actuators, trim, sample time and matrices come from the
+//! The crate contains no vehicle data: names and limits of the actuators, trim, sample time and matrices come from the
 //! frozen design. The C symbols are in `library`.
 
 mod axis;
@@ -18,10 +18,10 @@ pub use variables::{healths, outputs, used_name};
 
 use squid_fmi2::{DescribeError, Described, Resources};
 
-/// Model description, GUID and XML of the controller in `resources`.
+/// Returns model description, GUID and XML of the controller in `resources`.
 ///
 /// # Errors
-/// [`DescribeError`] when the design is missing, damaged or does not give a legal FMU.
+/// [`DescribeError`] if the design is missing, damaged or does not give a valid FMU.
 pub fn describe(resources: &Resources) -> Result<Described<Controller>, DescribeError> {
     squid_fmi2::describe(resources)
 }

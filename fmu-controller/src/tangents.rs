@@ -1,29 +1,29 @@
-//! Exact derivatives of the commands with respect to the inputs, from the LFT closed at the present speed.
+//! Exact derivatives of the commands with respect to the inputs, from the LFT frozen at the current speed.
 
 use squid_fmi2::Moment;
 use squid_scheduled::{ControllerDesign, Inputs, OutputTangents};
 
 use crate::{Axis, ControllerError};
 
-/// The quantities, in the order of their numbers.
+/// Quantities, in the order of their numbers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Quantity {
-    /// The measured value of a signal.
+    /// Measured value of a signal.
     Measured(usize),
-    /// The reference of a signal.
+    /// Reference of a signal.
     Reference(usize),
     SchedulingParameter,
-    /// A reference as it is used.
+    /// Reference as used by the controller.
     Used(usize),
-    /// A trim that is put out.
+    /// Trim value that is an output.
     Trim(usize),
     Command(usize),
-    /// What an actuator gets.
+    /// Applied command of an actuator.
     Applied(usize),
 }
 
 impl Quantity {
-    /// How many there are.
+    /// Returns the number of quantities.
     pub(crate) fn count(design: &ControllerDesign) -> usize {
         Self::Applied(design.actuators.len()).number(design)
     }
@@ -44,9 +44,9 @@ impl Quantity {
 }
 
 impl Axis {
-    /// The tangents of the outputs along a direction of the inputs, as [`squid_scheduled::Autopilot::tangents`] gives them,
-    /// the commands through the inverse of their curves. `takes_bearings` says whether the tick is the first of
-    /// `step`.
+    /// Returns the tangents of the outputs along a direction of the inputs, as [`squid_scheduled::Autopilot::tangents`]
+    /// does, those of the commands through the inverse of their curves. `is_first` is `true` for the first tick of
+    /// `step`, which initialises the controller.
     ///
     /// # Errors
     /// [`ControllerError::Tick`], [`ControllerError::UsesApplied`], [`ControllerError::Opens`],
@@ -54,7 +54,7 @@ impl Axis {
     pub fn tangents(
         &self,
         initial: bool,
-        takes_bearings: bool,
+        is_first: bool,
         direction: &Inputs,
     ) -> Result<OutputTangents, ControllerError> {
         if self.follows() || self.applied.given {
@@ -66,7 +66,7 @@ impl Axis {
         if !initial && !self.is_complete() {
             return Err(ControllerError::SensorLost);
         }
-        let mut moved = if takes_bearings && !initial {
+        let mut moved = if is_first && !initial {
             self.autopilot.first_tangents(&self.inputs, direction)?
         } else {
             self.autopilot.tangents(initial, &self.inputs, direction)?
@@ -78,17 +78,17 @@ impl Axis {
         Ok(moved)
     }
 
-    /// Fills in the tangents of the outputs from those of the inputs.
+    /// Computes the tangents of the outputs from those of the inputs.
     ///
-    /// In the initialization they are those of the first outputs. Later they are those of the tick that the next step
-    /// runs at once, if one is due, and zero between ticks.
+    /// During initialisation they are those of the first outputs; later those of the tick at the start of the next step
+    /// if one is due, and zero between ticks.
     ///
     /// # Errors
     /// [`ControllerError::Tick`].
     pub fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ControllerError> {
         let due = self.autopilot.is_due_at(moment.time);
         let number = |quantity: Quantity| quantity.number(&self.design);
-        // What is applied acts on no output: where it would, the derivatives are refused.
+        // Applied commands affect no output here: cases in which they would are refused above.
         let (tangents, _) = tangents.split_at_mut(number(Quantity::Applied(0)));
         let (knowns, outputs) = tangents.split_at_mut(number(Quantity::SchedulingParameter));
         if !moment.initial && !due {

@@ -1,7 +1,7 @@
-//! The table of variables.
+//! Table of variables.
 //!
-//! Outputs change at ticks only, and a tick runs inside the step that begins with it; so at a communication point no
-//! output depends on an input, and a master has no algebraic loop.
+//! Outputs change at ticks only, and a tick is part of the step that starts at its time. So no output depends on an
+//! input at a communication point, and a master has no algebraic loop.
 
 use squid_fmi2::model_description::Enumeration;
 use squid_scheduled::{Actuator, ControllerDesign, Health, Level, Port};
@@ -12,7 +12,7 @@ use crate::tangents::Quantity;
 type Variable = squid_fmi2::Variable<Axis>;
 type Role<T> = squid_fmi2::Role<Axis, T>;
 
-/// A number that an axis gets: the measured value or the reference of a signal, what an actuator gets.
+/// A numeric input of an axis: measured value or reference of a signal, or applied command of an actuator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Input {
     Measured(usize),
@@ -37,7 +37,7 @@ impl Input {
         }
     }
 
-    /// Its row of the table.
+    /// Returns the row of this input in the table.
     pub(crate) fn variable(self, design: &ControllerDesign) -> Variable {
         let set = Role::input(move |m: &mut Axis, v| self.set(m, v));
         let of = |name: &str, what: &str| Variable::real(name, what, move |m| self.of(m), set);
@@ -71,25 +71,25 @@ impl Input {
     }
 }
 
-/// The name and the words of the reference of a signal.
+/// Returns name and description of the reference of a signal.
 fn reference(design: &ControllerDesign, signal: usize) -> (&str, &str) {
     let reference = design.signals[signal].reference.as_ref();
     reference.map_or(("", ""), |reference| (&reference.name, &reference.wanted))
 }
 
-/// The name of the input of what an actuator gets.
+/// Returns the name of the input for the applied command of an actuator.
 fn applied(actuator: &Actuator) -> String {
     format!("{}_applied", actuator.name)
 }
 
-/// A typical size of what an actuator takes.
+/// Returns the nominal value of an actuator's command.
 fn size(actuator: &Actuator) -> f64 {
     let ends = [actuator.minimum, actuator.maximum].map(|end| actuator.taken(end).0.abs());
     if actuator.curve.is_some() { ends[0].max(ends[1]) } else { actuator.scale }
 }
 
-/// Name and unit of each input that is a number: what the design measures, the references that it follows, and what
-/// the actuators get.
+/// Returns name and unit of each numeric input: the signals that the design measures, the references that it follows,
+/// and the applied commands.
 pub(crate) fn inputs(design: &ControllerDesign) -> impl Iterator<Item = (String, &str, Input)> {
     let of = |signal: usize| design.signals[signal].unit.as_str();
     let measured = (0..design.signals.len()).filter(|i| design.measures(*i));
@@ -101,7 +101,7 @@ pub(crate) fn inputs(design: &ControllerDesign) -> impl Iterator<Item = (String,
     measured.chain(references).chain(actuators)
 }
 
-/// Who commands the actuators: of all axes together.
+/// Returns the inputs that state who commands the actuators; they are shared by all axes.
 pub(crate) fn engagement() -> [Variable; 2] {
     [
         Variable::boolean(
@@ -121,7 +121,7 @@ pub(crate) fn engagement() -> [Variable; 2] {
     ]
 }
 
-/// Whether a measurement is valid.
+/// Returns the input that states if a measurement is valid, for a design with a failsafe.
 pub(crate) fn validity(input: Input, design: &ControllerDesign) -> Option<Variable> {
     let Input::Measured(index) = input else { return None };
     design.failsafe.as_ref()?;
@@ -130,12 +130,12 @@ pub(crate) fn validity(input: Input, design: &ControllerDesign) -> Option<Variab
     Some(Variable::boolean(valid(&design.signals[index]), what, move |m| m.valid[index], set))
 }
 
-/// The name of the input that says whether a measurement is valid.
+/// Returns the name of the input that states if a measurement is valid.
 fn valid(signal: &Port) -> String {
     format!("{}_valid", signal.name)
 }
 
-/// After what time a measurement that does not change is lost: of all axes together.
+/// Returns the parameter for the time after which a constant measurement is lost; it is shared by all axes.
 pub(crate) fn stale_after() -> Variable {
     let what =
         "a measurement that is the same for this long, and should have moved, is taken for lost; 0 for never";
@@ -145,7 +145,7 @@ pub(crate) fn stale_after() -> Variable {
         .nominal(0.5)
 }
 
-/// The states of the output `status`.
+/// Returns the type of the output `status`.
 pub fn healths() -> Enumeration {
     let items = [
         ("ok", "all sensors are believed, and nothing is limited"),
@@ -167,7 +167,7 @@ fn number_of(health: Health) -> i32 {
     }
 }
 
-/// Commands, monitors and constants of a design; the names of monitors and constants begin with `prefix`.
+/// Returns commands, monitors and constants of a design; the names of monitors and constants begin with `prefix`.
 pub fn outputs(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
     let inputs = all_inputs(design);
     let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
@@ -178,13 +178,13 @@ pub fn outputs(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
     commands.chain(monitors(design, prefix)).chain(constants(prefix)).collect()
 }
 
-/// The names of all inputs.
+/// Returns the names of all inputs.
 fn all_inputs(design: &ControllerDesign) -> Vec<String> {
     let others = ["engaged", "applied_given"].map(str::to_owned);
     inputs(design).map(|(name, ..)| name).chain(others).collect()
 }
 
-/// Adds unit, size and range of a signal: that of a measured speed is wider than that of its reference.
+/// Adds unit, nominal value and range of a signal; the range of a measured speed is wider than that of its reference.
 fn within_range(one: Variable, signal: &Port, design: &ControllerDesign, measured: bool) -> Variable {
     let speeds = &design.trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
@@ -205,7 +205,7 @@ fn within_range(one: Variable, signal: &Port, design: &ControllerDesign, measure
 
 fn command(index: usize, actuator: &Actuator, inputs: &[&str]) -> Variable {
     let inverse = if actuator.curve.is_some() { ", by the inverse of its curve" } else { "" };
-    let sign = actuator.sign_in_words().map_or(String::new(), |words| format!("; {words}"));
+    let sign = actuator.sign_in_words().map_or(String::new(), |sign| format!("; {sign}"));
     let description =
         format!("command to {}: trim feedforward and K(rho), limited{inverse}{sign}", actuator.name);
     let (least, most) = (actuator.taken(actuator.minimum).0, actuator.taken(actuator.maximum).0);
@@ -219,7 +219,7 @@ fn command(index: usize, actuator: &Actuator, inputs: &[&str]) -> Variable {
 }
 
 fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
-    let scheduled = design.scheduled().map(|place| &design.signals[place]);
+    let scheduled = design.scheduled().map(|index| &design.signals[index]);
     let measured = scheduled.map_or("", |signal| &signal.name);
     let reference =
         scheduled.and_then(|signal| signal.reference.as_ref()).map(|reference| reference.name.as_str());
@@ -227,9 +227,9 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         Some(reference) => (reference, "wanted"),
         None => (measured, "given"),
     };
-    // A limit may depend on the speed, and a reference begin at what is measured.
-    let wanted = all_inputs(design);
-    let wanted: Vec<&str> = wanted.iter().map(String::as_str).collect();
+    // A limit may depend on the speed, and a reference may start at the measurement.
+    let inputs = all_inputs(design);
+    let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
     let scheduling = vec![
         Variable::real(
             format!("{prefix}scheduling_parameter"),
@@ -260,7 +260,7 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
             Role::output(),
         )
         .depends_on(&[])
-        .initially_depends_on(&wanted),
+        .initially_depends_on(&inputs),
     ];
     let status = Variable::enumeration(
         format!("{prefix}status"),
@@ -281,23 +281,23 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
             Role::output(),
         )
         .depends_on(&[])
-        .initially_depends_on(&wanted)
+        .initially_depends_on(&inputs)
     });
-    let status = status.depends_on(&[]).initially_depends_on(&wanted);
+    let status = status.depends_on(&[]).initially_depends_on(&inputs);
     let scheduling = scheduling.into_iter().chain([status]).chain(saturated);
-    let used = design.references().enumerate().filter(|(place, _)| design.follows(*place));
-    let used = used.map(|(place, (signal, reference))| {
+    let used = design.references().enumerate().filter(|(index, _)| design.follows(*index));
+    let used = used.map(|(index, (signal, reference))| {
         let one = Variable::real(
             used_name(prefix, signal.level, &reference.name),
             format!("{} as the controller uses it, within the envelope", reference.wanted),
-            move |m| m.autopilot.references()[place],
+            move |m| m.autopilot.references()[index],
             Role::output(),
         );
-        let one = one.quantity(Quantity::Used(place).number(design));
-        within_range(one, signal, design, false).discrete().depends_on(&[]).initially_depends_on(&wanted)
+        let one = one.quantity(Quantity::Used(index).number(design));
+        within_range(one, signal, design, false).discrete().depends_on(&[]).initially_depends_on(&inputs)
     });
-    let trims = design.trimmed().enumerate().map(|(index, place)| {
-        let signal = &design.signals[place];
+    let trims = design.trimmed().enumerate().map(|(index, signal)| {
+        let signal = &design.signals[signal];
         let one = Variable::real(
             format!("{prefix}trim_{}", signal.name),
             format!("{} of level trim at the {which} speed", signal.measured),
@@ -315,7 +315,7 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
     scheduling.chain(used).chain(trims).collect()
 }
 
-/// The name of a reference as it is used; the speed's, which another axis has too, always begins with the prefix.
+/// Returns the name of a reference as used; that of the speed, which other axes also have, always has the prefix.
 pub fn used_name(prefix: &str, level: Level, reference: &str) -> String {
     let prefix = if level != Level::Scheduled && reference.starts_with(prefix) { "" } else { prefix };
     format!("{prefix}{reference}_used")

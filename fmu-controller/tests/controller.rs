@@ -1,4 +1,4 @@
-//! The controller as an FMU, without C.
+//! The controller as an FMU, without the C interface.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod example;
@@ -41,7 +41,7 @@ fn describes_itself_from_the_design() {
     assert_eq!(describe(&resources(&design())).unwrap().xml, described.xml, "the same bytes every time");
 }
 
-/// The sign follows from the force; designs of earlier versions have none.
+/// The sign follows from the force, which designs of earlier versions do not contain.
 #[test]
 fn describes_the_sign_of_a_command() {
     let described = |design: &Value| {
@@ -59,9 +59,9 @@ fn describes_the_sign_of_a_command() {
     }
 }
 
-/// Speed and its reference are there for every design; else what its inputs name.
+/// Every design has the speed and its reference as inputs; the others follow from the inputs of the controller.
 #[test]
-fn takes_in_what_the_design_measures_and_follows() {
+fn inputs_are_measured_signals_and_references() {
     let inputs = |design: &Value| {
         let variables = describe(&resources(design)).unwrap().description.variables;
         let inputs = variables.into_iter().filter(|one| one.causality == Causality::Input);
@@ -88,9 +88,9 @@ fn takes_in_what_the_design_measures_and_follows() {
     assert_eq!(inputs(&design), with_engagement(&["speed", "pitch_rate", "speed_reference"]));
 }
 
-/// The fin opposes the pitch rate at once, and turns to a new trim as the filtered reference does.
+/// The fin opposes the pitch rate at once, and moves to a new trim as the filtered reference does.
 #[test]
-fn flies_by_pitch_rate_and_filtered_reference() {
+fn uses_pitch_rate_and_filtered_reference() {
     let mut flight = start_of(&with_pitch_rate());
     let fin = flight.get("fin");
     flight.set("pitch_rate", 0.1);
@@ -106,7 +106,7 @@ fn flies_by_pitch_rate_and_filtered_reference() {
 }
 
 #[test]
-fn the_guid_follows_the_design() {
+fn guid_depends_on_the_design() {
     let mut other = design();
     other["lft"]["A"][0][0] = json!(-1.0000000000000002);
     assert_ne!(describe(&resources(&other)).unwrap().guid, describe(&resources(&design())).unwrap().guid);
@@ -135,7 +135,7 @@ fn outputs_hold_until_the_next_step() {
 }
 
 #[test]
-fn warns_once_per_entry() {
+fn warns_once_per_excursion() {
     let mut flight = start();
     let mut log = Remember::default();
     for (k, speed) in [1.0, 3.5, 3.6, 2.0, 0.1, 0.1].into_iter().enumerate() {
@@ -152,7 +152,7 @@ fn warns_once_per_entry() {
 }
 
 #[test]
-fn refuses_designs_that_make_no_fmu() {
+fn rejects_invalid_designs() {
     for (change, expected) in [
         (
             json!({"actuators": [{"name": "pitch", "unit": "N", "scale": 1.0, "minimum": -60.0, "maximum": 100.0},
@@ -177,9 +177,9 @@ fn refuses_designs_that_make_no_fmu() {
     assert!(message.contains("resources/controller.json is missing"), "{message}");
 }
 
-/// A speed that is finite but absurd does not pass for a singular loop: the scheduling parameter is held at its end.
+/// A finite but absurd speed is not mistaken for a singular loop: the scheduling parameter is held at its limit.
 #[test]
-fn an_absurd_speed_is_out_of_range_and_no_more() {
+fn absurd_speed_is_only_out_of_range() {
     for (speed, rho) in [(1e308, 1.0), (-1e308, -1.0)] {
         let mut flight = start();
         flight.set("speed", speed);

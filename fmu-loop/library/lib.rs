@@ -1,3 +1,3 @@
-//! The C symbols of the FMU of the whole loop.
+//! C symbols of the closed-loop FMU.
 
 squid_fmi2::export!(squid_fmu_loop::ClosedLoop);

@@ -1,4 +1,4 @@
-//! The loop of plant and autopilot, in the order in which a master steps the two.
+//! Closed loop of plant and autopilot, stepped in the order of a co-simulation master.
 
 use squid_fmi2::{Log, Model};
 use squid_fmu_controller::{Axis, RESOURCE, of_axis};
@@ -13,43 +13,43 @@ use squid_signals::{Curve, Level, Signal};
 /// External references, held between two steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Override {
-    /// Whether they replace the manoeuvre.
+    /// `true` if they replace the manoeuvre.
     pub manual: bool,
-    /// The value of each of [`references`], absolute, SI; the speed along the body axis, through the water.
+    /// Absolute value of each of [`references`] in SI units; the speed is that along the body axis, through the water.
     pub references: [f64; REFERENCES],
-    /// The rates of the references \[SI per s\]; [`ClosedLoop::advance`] advances the references.
+    /// Rates of the references \[SI/s\]; [`ClosedLoop::advance`] advances the references.
     pub slopes: [f64; REFERENCES],
 }
 
-/// A vehicle and its autopilot, flying a manoeuvre or external references.
+/// A vehicle and its autopilot, following a manoeuvre or external references.
 ///
-/// At each tick, at t = start + k Ts, the autopilot measures the plant and commands it without delay; in between the
-/// plant moves under held commands. Time is that of the experiment, also for the manoeuvre.
+/// At each tick t = start + k Ts the autopilot reads the plant and commands it without delay; between ticks the
+/// commands are held. Time is that of the experiment, for the manoeuvre as well.
 #[derive(Debug, Clone)]
 pub struct ClosedLoop {
     /// The vehicle.
     pub plant: PlantModel,
-    /// The autopilot of surge, heave and pitch; of a vehicle that leaves the vertical plane also those of other views.
+    /// Axes of the autopilot: surge, heave and pitch first; in six degrees of freedom also those of other views.
     pub axes: Vec<Axis>,
-    /// The place among [`references`] of each reference of each axis.
-    pub(crate) taken: Vec<Vec<usize>>,
+    /// Index in [`references`] of each reference of each axis.
+    pub(crate) reference_indices: Vec<Vec<usize>>,
     views: Vec<&'static View>,
-    /// Which of the vehicle's actuators each axis commands.
+    /// Indices of the vehicle's actuators that each axis commands.
     pub(crate) commanded: Vec<Vec<usize>>,
-    /// The manoeuvre flown by default.
+    /// Manoeuvre, followed by default.
     pub manoeuvre: Manoeuvre,
-    /// The external references, flown while `manual` is true.
+    /// External references, followed while `manual` is true.
     pub outside: Override,
 }
 
-/// The signal of a reference.
+/// Returns the signal of a reference.
 pub(crate) fn signal(index: usize) -> Option<&'static Signal> {
     references().nth(index).map(|(.., signal)| signal)
 }
 
-/// Checks that an axis is one of this vehicle, and returns its view: the first for the first axis, and for another one
-/// that none of those before has.
-fn fits(
+/// Checks that an axis belongs to this vehicle, and returns its view: the first view for the first axis, and for the
+/// others one that no earlier axis has.
+fn matching_view(
     axis: &Axis,
     index: usize,
     plant: &PlantModel,
@@ -73,8 +73,8 @@ fn fits(
     Ok(*view)
 }
 
-/// The place among [`references`] of each reference of an axis of a view; the speed is that of the first view.
-fn taken(view: &View, axis: &Axis) -> Vec<usize> {
+/// Returns the index in [`references`] of each reference of an axis; all axes share the speed of the first view.
+fn reference_indices(view: &View, axis: &Axis) -> Vec<usize> {
     let of = |index: usize| {
         let name = view.interface.signals[index].name;
         references().position(|(.., signal)| signal.name == name).unwrap_or(SPEED)
@@ -83,8 +83,8 @@ fn taken(view: &View, axis: &Axis) -> Vec<usize> {
 }
 
 impl ClosedLoop {
-    /// Combines vehicle and autopilots: that of surge, heave and pitch, and others for a vehicle that leaves the
-    /// vertical plane.
+    /// Combines vehicle and autopilots: that of surge, heave and pitch, and others for a vehicle in six degrees of
+    /// freedom.
     ///
     /// # Errors
     /// [`ClosedLoopError::OtherAxes`], [`ClosedLoopError::OtherSampleTime`], [`ClosedLoopError::OtherVehicle`],
@@ -95,26 +95,27 @@ impl ClosedLoop {
         }
         let mut views: Vec<&View> = Vec::new();
         for (index, axis) in axes.iter().enumerate() {
-            views.push(fits(axis, index, &plant, &views)?);
+            views.push(matching_view(axis, index, &plant, &views)?);
             let [one, other] = [&axes[0], axis].map(|axis| axis.design().sample_time);
             if one != other {
                 return Err(ClosedLoopError::OtherSampleTime { one, other });
             }
         }
         let commanded = commanded(&plant, &axes)?;
-        let taken = views.iter().zip(&axes).map(|(view, axis)| taken(view, axis)).collect();
+        let reference_indices =
+            views.iter().zip(&axes).map(|(view, axis)| reference_indices(view, axis)).collect();
         let references = level(axes[0].autopilot().trim(), manoeuvre.speed_from, &plant);
         let outside = Override { manual: false, references, slopes: [0.0; REFERENCES] };
-        let mut whole = Self { plant, axes, taken, views, commanded, manoeuvre, outside };
-        whole.check()?;
-        for signal in whole.followed().into_iter().filter(|place| *place != SPEED).filter_map(signal) {
-            whole.manoeuvre.steps.entry(signal.name.to_owned()).or_default();
+        let mut model = Self { plant, axes, reference_indices, views, commanded, manoeuvre, outside };
+        model.check()?;
+        for signal in model.followed().into_iter().filter(|index| *index != SPEED).filter_map(signal) {
+            model.manoeuvre.steps.entry(signal.name.to_owned()).or_default();
         }
-        Ok(whole)
+        Ok(model)
     }
 
-    /// Checks the manoeuvre: each axis has references of its own steps, and the speeds are ahead where the vehicle has
-    /// trims for flight ahead only.
+    /// Checks the manoeuvre: each axis has references for its own steps, and the speeds are positive if the vehicle has
+    /// trims for ahead motion only.
     fn check(&self) -> Result<(), ManoeuvreError> {
         self.manoeuvre.check()?;
         let designs: Vec<_> = self.axes.iter().map(Axis::design).collect();
@@ -122,12 +123,12 @@ impl ClosedLoop {
         if self.plant.only_ahead() { self.manoeuvre.check_ahead() } else { Ok(()) }
     }
 
-    /// Returns whether there are axes beside that of level flight.
+    /// Returns `true` if there are axes besides that of level flight.
     pub(crate) fn turns(&self) -> bool {
         self.axes.len() > 1
     }
 
-    /// The places of the references that the loop has.
+    /// Returns the indices of the references that the loop follows.
     pub(crate) fn followed(&self) -> Vec<usize> {
         let has = |index: &usize| {
             self.owner(*index).is_some_and(|(axis, own)| self.axes[axis].design().has_reference(own))
@@ -135,18 +136,18 @@ impl ClosedLoop {
         (0..REFERENCES).filter(has).collect()
     }
 
-    /// The axis that takes a reference, and its place there.
+    /// Returns the axis that uses a reference, and the index of the reference there.
     pub(crate) fn owner(&self, index: usize) -> Option<(usize, usize)> {
-        let of = |taken: &Vec<usize>| taken.iter().position(|one| *one == index);
-        self.taken.iter().enumerate().find_map(|(axis, taken)| Some((axis, of(taken)?)))
+        let own = |indices: &Vec<usize>| indices.iter().position(|one| *one == index);
+        self.reference_indices.iter().enumerate().find_map(|(axis, indices)| Some((axis, own(indices)?)))
     }
 
-    /// A reference as the law used it at the last tick.
+    /// Returns a reference as the controller used it at the last tick.
     pub(crate) fn reference_used(&self, index: usize) -> f64 {
         self.owner(index).map_or(0.0, |(axis, own)| self.axes[axis].autopilot().references()[own])
     }
 
-    /// Puts the vehicle into level trim at the manoeuvre's speed, and the autopilot's state to zero, at a time \[s\].
+    /// Sets the vehicle to level trim at the manoeuvre's speed, and the autopilot's state to zero, at a time \[s\].
     ///
     /// # Errors
     /// [`ClosedLoopError::Manoeuvre`], [`ClosedLoopError::Plant`], [`ClosedLoopError::Controller`].
@@ -161,12 +162,12 @@ impl ClosedLoop {
         Ok(self.plant.apply_inputs()?)
     }
 
-    /// Moves the loop to a time \[s\] without allocating.
+    /// Advances the loop to the time `to` \[s\] without allocating.
     ///
     /// # Errors
     /// [`ClosedLoopError::Plant`], [`ClosedLoopError::Controller`].
     pub fn advance(&mut self, to: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
-        // A tick at the present time must use the new inputs.
+        // A tick at the current time must use the new inputs.
         self.plant.apply_inputs()?;
         while self.axes[0].autopilot().is_due_before(to) {
             let due = self.axes[0].autopilot().next_tick_time();
@@ -176,7 +177,7 @@ impl ClosedLoop {
         self.move_plant(to, log)
     }
 
-    /// Runs the next tick on the plant as it is.
+    /// Runs the next tick with the current state of the plant.
     ///
     /// # Errors
     /// [`ClosedLoopError::Controller`].
@@ -187,7 +188,7 @@ impl ClosedLoop {
         Ok(())
     }
 
-    /// Advances the plant and the external references; the plant may already be past a tick, by rounding.
+    /// Advances the plant and the external references; rounding may have taken the plant past a tick already.
     fn move_plant(&mut self, to: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
         let now = self.plant.time();
         if to > now {
@@ -200,16 +201,16 @@ impl ClosedLoop {
         Ok(())
     }
 
-    /// Passes measurements and references to the autopilots, and the operating speed to the LPV model. What is measured
-    /// are the rates of the angles, theta' and psi'.
+    /// Passes measurements and references to the autopilots, and the operating speed to the LPV model. The measured
+    /// rates are the derivatives of the angles, theta' and psi'.
     fn measure(&mut self, time: f64) {
         let (references, path_speed) = self.references(time);
         let state = self.plant.state();
-        for ((axis, taken), view) in self.axes.iter_mut().zip(&self.taken).zip(&self.views) {
-            for (to, sensed) in axis.inputs.measured.iter_mut().zip(view.sensed) {
-                *to = (sensed.value)(&state);
+        for ((axis, indices), view) in self.axes.iter_mut().zip(&self.reference_indices).zip(&self.views) {
+            for (measured, sensed) in axis.inputs.measured.iter_mut().zip(view.sensed) {
+                *measured = (sensed.value)(&state);
             }
-            for (reference, index) in axis.inputs.references.iter_mut().zip(taken) {
+            for (reference, index) in axis.inputs.references.iter_mut().zip(indices) {
                 *reference = references[*index];
             }
         }
@@ -220,18 +221,18 @@ impl ClosedLoop {
     /// Passes the commands to the plant.
     fn command(&mut self) {
         for (axis, indices) in self.axes.iter().zip(&self.commanded) {
-            for (index, place) in indices.iter().enumerate() {
-                self.plant.inputs.commands[*place] = axis.command(index);
+            for (index, actuator) in indices.iter().enumerate() {
+                self.plant.inputs.commands[*actuator] = axis.command(index);
             }
         }
     }
 
-    /// The output whose error is put out: the pitch if there is a reference of it, the depth otherwise.
-    pub(crate) fn stepped(&self) -> usize {
+    /// Returns the index of the signal whose tracking error is an output: pitch if it has a reference, else depth.
+    pub(crate) fn tracked(&self) -> usize {
         if self.axes[0].design().has_reference(PITCH) { PITCH } else { DEPTH }
     }
 
-    /// The references of the autopilots, and the speed along the path.
+    /// Returns the references of the autopilots, and the speed along the path.
     fn references(&self, time: f64) -> ([f64; REFERENCES], f64) {
         let trim = self.axes[0].autopilot().trim();
         if self.outside.manual {
@@ -247,8 +248,8 @@ impl ClosedLoop {
     }
 }
 
-/// Which actuators of the vehicle each axis commands: all, in their order, in the vertical plane, and none two
-/// axes.
+/// Returns the indices of the vehicle's actuators that each axis commands. In the vertical plane these must be all
+/// actuators in their order; no two axes may share one.
 fn commanded(plant: &PlantModel, axes: &[Axis]) -> Result<Vec<Vec<usize>>, ClosedLoopError> {
     let named = |name: &str, curve: Option<&Curve>| match curve {
         Some(curve) => format!("{name} [{}]", curve.unit()),
@@ -260,26 +261,26 @@ fn commanded(plant: &PlantModel, axes: &[Axis]) -> Result<Vec<Vec<usize>>, Close
         axis.design().actuators.iter().map(|one| named(&one.name, one.curve.as_ref())).collect()
     };
     let names: Vec<Vec<String>> = axes.iter().map(commands).collect();
-    let place = |name: &String| expected.iter().position(|one| one == name);
-    let places = names.iter().map(|names| names.iter().map(place).collect::<Option<Vec<usize>>>());
-    let places: Option<Vec<Vec<usize>>> = places.collect();
+    let index = |name: &String| expected.iter().position(|one| one == name);
+    let indices = names.iter().map(|names| names.iter().map(index).collect::<Option<Vec<usize>>>());
+    let indices: Option<Vec<Vec<usize>>> = indices.collect();
     let found = names.concat();
-    let once = found.iter().all(|name| found.iter().filter(|other| *other == name).count() == 1);
-    match places.filter(|_| once && (plant.turns() || found == expected)) {
-        Some(places) => Ok(places),
+    let is_unique = found.iter().all(|name| found.iter().filter(|other| *other == name).count() == 1);
+    match indices.filter(|_| is_unique && (plant.turns() || found == expected)) {
+        Some(indices) => Ok(indices),
         None => Err(ClosedLoopError::OtherActuators { found, expected }),
     }
 }
 
-/// The references of level flight at a speed along the path \[m/s\], at the depth and the heading of the start, by the
+/// Returns the references of level flight at a speed along the path \[m/s\], at the initial depth and heading, from the
 /// trim table of the design.
 fn level(trim: &Trim, path_speed: f64, plant: &PlantModel) -> [f64; REFERENCES] {
     let forward_speed = trim.forward_speed(path_speed);
     let settings = &plant.settings;
     let mut all = [0.0; REFERENCES];
-    for (value, (view, place, signal)) in all.iter_mut().zip(references()) {
+    for (value, (view, index, signal)) in all.iter_mut().zip(references()) {
         *value = match (view, signal.level) {
-            (0, _) => trim.signal(forward_speed, place, settings.initial_depth),
+            (0, _) => trim.signal(forward_speed, index, settings.initial_depth),
             (_, Level::Start) => settings.initial_heading,
             _ => 0.0,
         };

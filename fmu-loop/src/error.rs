@@ -1,4 +1,4 @@
-//! Errors of the loop, each as one sentence.
+//! Errors of the loop, one sentence each.
 
 use squid_fmi2::ResourceError;
 use squid_fmu_controller::{ControllerError, RESOURCE as CONTROLLER_RESOURCE, of_axis};
@@ -13,39 +13,39 @@ pub enum ClosedLoopError {
     /// A resource cannot be read.
     #[error(transparent)]
     Resource(#[from] ResourceError),
-    /// The design is not allowed, or the autopilot cannot compute.
+    /// The design is invalid, or the autopilot failed.
     #[error(transparent)]
     Controller(#[from] ControllerError),
-    /// The plant cannot be built, started or moved.
+    /// The plant cannot be built, started or advanced.
     #[error(transparent)]
     Plant(#[from] PlantError),
-    /// The manoeuvre's file is not allowed.
+    /// The manoeuvre file is invalid.
     #[error("resources/{MANOEUVRE_RESOURCE}: {0}")]
     ManoeuvreFile(#[source] ManoeuvreError),
-    /// The parameters of the manoeuvre are not allowed.
+    /// The parameters of the manoeuvre are invalid.
     #[error("the manoeuvre cannot be flown: {0}")]
     Manoeuvre(#[from] ManoeuvreError),
-    /// A vehicle that turns without an axis beside level flight, or such an axis of one in the vertical plane.
+    /// A vehicle in six degrees of freedom has only the axis of level flight, or one in the vertical plane has more.
     #[error(
         "a vehicle with coefficients of sway, roll and yaw needs a design of another axis in resources/{}, and one \
          without has none",
         of_axis(CONTROLLER_RESOURCE, 1)
     )]
     OtherAxes,
-    /// The axes do not tick together.
+    /// The axes have different sample times.
     #[error("the designs have sample times of {one} s and {other} s, and must have the same")]
     OtherSampleTime { one: f64, other: f64 },
-    /// The controller is for another vehicle.
+    /// The controller belongs to another vehicle.
     #[error("resources/{file} is the design for '{found}', and the vehicle is '{expected}'")]
     OtherVehicle { file: String, found: String, expected: String },
-    /// The controller measures other signals than the vehicle has.
+    /// The controller has other signals than the vehicle.
     #[error(
         "resources/{file} has the signals {}, and those of the vehicle are {}",
         found.join(", "),
         expected.join("; or ")
     )]
     OtherSignals { file: String, found: Vec<String>, expected: Vec<String> },
-    /// The controller commands other actuators than the vehicle has.
+    /// The controller commands other actuators than those of the vehicle.
     #[error(
         "the autopilot in resources commands {}, and the actuators of the vehicle are {}",
         found.join(", "),

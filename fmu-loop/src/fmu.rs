@@ -1,4 +1,4 @@
-//! The loop behind the interface of an FMU.
+//! The closed loop behind the FMU interface.
 
 use squid_auv::VIEWS;
 use squid_fmi2::model_description::{DefaultExperiment, identifier};
@@ -85,7 +85,7 @@ impl Model for ClosedLoop {
         Own::count(self.plant.vehicle().actuators.len())
     }
 
-    // For an importer that integrates, the states are those of the plant, and every tick of the autopilot is an event.
+    // In model exchange the states are those of the plant, and every tick of the autopilot is a time event.
     const MODEL_EXCHANGE: bool = true;
 
     fn states(&self, states: &mut [f64]) {
@@ -120,7 +120,7 @@ impl Model for ClosedLoop {
         Some(self.axes[0].autopilot().next_tick_time())
     }
 
-    /// Runs the tick that is due. An importer that has passed the time events of more than one is refused.
+    /// Runs the tick that is due; fails if the importer has skipped more than one time event.
     fn event(&mut self, time: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
         self.axes[0].keeps_up(time)?;
         if self.axes[0].autopilot().is_due_at(time) {

@@ -8,10 +8,10 @@ use squid_scheduled::Inputs;
 
 use crate::{ClosedLoop, ClosedLoopError};
 
-/// The quantities of the loop itself; they follow those of the plant.
+/// Quantities of the loop itself, numbered after those of the plant.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Own {
-    /// By its place.
+    /// External reference, by its index.
     Reference(usize),
     ReferenceUsed(usize),
     TrackingError,
@@ -20,16 +20,16 @@ pub(crate) enum Own {
     Command(usize),
 }
 
-/// Own quantities that are not commands.
+/// Number of quantities of the loop that are not commands.
 const FIXED: usize = 2 * REFERENCES + 3;
 
 impl Own {
-    /// Number of quantities of a loop with a number of actuators, including those of the plant.
+    /// Returns the number of quantities of a loop with `actuators` actuators, including those of the plant.
     pub(crate) fn count(actuators: usize) -> usize {
         Self::Command(actuators).number(actuators)
     }
 
-    /// The number of the quantity for a vehicle with a number of actuators.
+    /// Returns the number of the quantity for a vehicle with `actuators` actuators.
     pub(crate) fn number(self, actuators: usize) -> usize {
         let position = match self {
             Self::Reference(index) => index,
@@ -44,9 +44,9 @@ impl Own {
 }
 
 impl ClosedLoop {
-    /// Fills in the tangents of outputs and rates from those of inputs and states.
+    /// Computes the tangents of outputs and derivatives from those of inputs and states.
     ///
-    /// References act at ticks; at the start the external ones, if used, change the first commands.
+    /// References act at ticks; at the start the external ones, if used, affect the first commands.
     pub(crate) fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ClosedLoopError> {
         let actuators = self.plant.vehicle().actuators.len();
         let own = |quantity: Own| quantity.number(actuators);
@@ -54,15 +54,15 @@ impl ClosedLoop {
             std::array::from_fn(|reference| tangents[own(Own::Reference(reference))]);
         tangents[own(Own::ReferenceUsed(0))..].fill(0.0);
         if moment.initial && self.outside.manual {
-            let axes = self.axes.iter().zip(&self.commanded).zip(&self.taken);
-            for (index, ((axis, actuators), taken)) in axes.enumerate() {
+            let axes = self.axes.iter().zip(&self.commanded).zip(&self.reference_indices);
+            for (index, ((axis, actuators), indices)) in axes.enumerate() {
                 let design = axis.design();
-                let wanted = taken.iter().map(|reference| references[*reference]);
+                let seeded = indices.iter().map(|reference| references[*reference]);
                 let direction =
-                    Inputs { measured: vec![0.0; design.signals.len()], references: wanted.collect() };
+                    Inputs { measured: vec![0.0; design.signals.len()], references: seeded.collect() };
                 let moved = axis.tangents(moment.initial, false, &direction)?;
-                for (reference, used) in taken.iter().zip(moved.references) {
-                    // That of the speed is the first axis's.
+                for (reference, used) in indices.iter().zip(moved.references) {
+                    // The speed reference is that of the first axis.
                     if index == 0 || *reference != SPEED {
                         tangents[own(Own::ReferenceUsed(*reference))] = used;
                     }
@@ -80,10 +80,10 @@ impl ClosedLoop {
             tangents[Quantity::OperatingSpeed.number()] = slope * references[SPEED];
         }
         self.plant.carry(moment.initial, tangents);
-        let stepped = self.stepped();
-        let measured = Quantity::State(if stepped == DEPTH { index::DEPTH } else { index::PITCH });
+        let tracked = self.tracked();
+        let measured = Quantity::State(if tracked == DEPTH { index::DEPTH } else { index::PITCH });
         tangents[own(Own::TrackingError)] =
-            tangents[own(Own::ReferenceUsed(stepped))] - tangents[measured.number()];
+            tangents[own(Own::ReferenceUsed(tracked))] - tangents[measured.number()];
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
-//! The table of variables: the loop's own, and those of plant and controller that remain visible.
+//! Table of variables: those of the loop, and the visible ones of plant and controller.
 //!
-//! The references act at ticks only, and the current acts only on the velocities through the water.
+//! References act at ticks only; the current acts directly on the velocities through the water only.
 
 use squid_auv::longitudinal::{DEPTH, SIGNALS, SPEED};
 use squid_fmu_controller::{prefix, used_name};
@@ -15,10 +15,10 @@ use crate::tangents::Own;
 type Variable = squid_fmi2::Variable<ClosedLoop>;
 type Role<T> = squid_fmi2::Role<ClosedLoop, T>;
 
-/// The parameters on which the initial speed depends.
+/// Parameters on which the initial speed depends.
 const SPEED_PROFILE: [&str; 4] = ["speed_from", "speed_to", "ramp_start", "ramp_duration"];
 
-/// The parameters of the steps, by the names of what steps, with what they are and a typical size.
+/// Parameters of the steps: name of the signal, name of the parameter, description and nominal value.
 const STEPS: [(&str, &str, &str, f64); 4] = [
     (
         "pitch",
@@ -41,7 +41,7 @@ const STEPS: [(&str, &str, &str, f64); 4] = [
     ("roll", "roll_step", "height of the roll step; the limits themselves are excluded", 0.1),
 ];
 
-/// The table for one loop.
+/// Returns the table of a loop.
 pub(crate) fn table(model: &ClosedLoop) -> Vec<Variable> {
     let mut table = manoeuvre(model);
     table.extend(plant_parameters(model));
@@ -75,8 +75,8 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
         "wanted speed along the path through the water before the ramp, {sign}; the flight starts in its trim"
     );
     let to = format!("wanted speed along the path through the water after the ramp, {sign}");
-    let what = model.followed().into_iter().filter(|place| *place != SPEED).filter_map(signal);
-    let what = what.map(|signal| signal.name).collect::<Vec<_>>().join(" and ");
+    let signals = model.followed().into_iter().filter(|index| *index != SPEED).filter_map(signal);
+    let signals = signals.map(|signal| signal.name).collect::<Vec<_>>().join(" and ");
     let (comes, ends) = if model.turns() { ("steps come", "steps end") } else { ("step comes", "step ends") };
     let steps = steps(model).map(|(signal, key, what, nominal)| {
         let Signal { name, unit, range, circular, .. } = *signal;
@@ -94,8 +94,8 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
         }
     });
     let others = [
-        parameter!(step_time, "s", format!("time at which the {what} {comes}")).nominal(10.0),
-        parameter!(step_end, "s", format!("time at which the {what} {ends}")).nominal(10.0),
+        parameter!(step_time, "s", format!("time at which the {signals} {comes}")).nominal(10.0),
+        parameter!(step_end, "s", format!("time at which the {signals} {ends}")).nominal(10.0),
         speed(parameter!(speed_from, "m/s", from)).nominal(1.0),
         speed(parameter!(speed_to, "m/s", to)).nominal(1.0),
         parameter!(ramp_start, "s", "time at which the ramp of speed begins").nominal(10.0),
@@ -106,7 +106,7 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
     steps.chain(others).collect()
 }
 
-/// The steps that the loop has references of.
+/// Returns the parameters of the steps of those signals for which the loop has a reference.
 fn steps(
     model: &ClosedLoop,
 ) -> impl Iterator<Item = (&'static Signal, &'static str, &'static str, f64)> + use<> {
@@ -117,7 +117,7 @@ fn steps(
     })
 }
 
-/// All but the initial speed, which is that of the manoeuvre.
+/// Returns the parameters of the plant except the initial speed, which is that of the manoeuvre.
 fn plant_parameters(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let own = |one: &squid_fmi2::Variable<_>| one.name() != "initial_speed";
     squid_fmu_plant::parameters(&model.plant).into_iter().filter(own).map(of_plant)
@@ -137,7 +137,7 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
         let design = model.axes[axis].design();
         design.widest(&design.signals[own])
     };
-    let wanted = model.outside.references;
+    let start = model.outside.references;
     let names: Vec<&str> = followed(model).map(|(_, _, reference)| reference.name).collect();
     let manual = Variable::boolean(
         "manual",
@@ -157,29 +157,29 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
         .quantity(own(Own::Reference(index)))
         .slope(move |m, v| m.outside.slopes[index] = v);
         match (signal.level, widest(index).or(signal.range)) {
-            // The start may lie outside: it is that of the default flight.
-            (_, Some([least, most])) => one.range(least.min(wanted[index]), most.max(wanted[index])),
-            (Level::Scheduled, None) => one.range(slowest.min(wanted[index]), fastest.max(wanted[index])),
+            // The start value may lie outside the range: it is that of the default simulation.
+            (_, Some([least, most])) => one.range(least.min(start[index]), most.max(start[index])),
+            (Level::Scheduled, None) => one.range(slowest.min(start[index]), fastest.max(start[index])),
             _ => one,
         }
     });
     std::iter::once(manual).chain(references)
 }
 
-/// The signals that the loop has a reference of, with their places.
+/// Returns the signals for which the loop has a reference, with the indices of the references.
 fn followed(model: &ClosedLoop) -> impl Iterator<Item = (usize, &'static Signal, Reference)> + use<> {
-    let of = |place| signal(place).and_then(|signal| Some((place, signal, signal.reference?)));
+    let of = |index| signal(index).and_then(|signal| Some((index, signal, signal.reference?)));
     model.followed().into_iter().filter_map(of)
 }
 
-/// The inputs of the plant that the loop does not set: the current, and the load from outside.
+/// Returns the inputs of the plant that the loop does not set: current and external load.
 fn disturbances(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let known = known_of(model);
     let open = move |one: &squid_fmi2::Variable<_>| known(one.name());
     squid_fmu_plant::inputs(&model.plant).into_iter().filter(open).map(of_plant)
 }
 
-/// The plant's outputs but its trim, which is the initial one; `trim_pitch` is the controller's here.
+/// Returns the outputs of the plant except its initial trim; `trim_pitch` is that of the controller here.
 fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let actuators = model.plant.vehicle().actuators.iter().map(|actuator| format!("trim_{}", actuator.name));
     let trim: Vec<_> = actuators.chain(["trim_pitch".to_owned()]).collect();
@@ -190,7 +190,7 @@ fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let at_once: Vec<_> = actuators.map(|actuator| format!("{}_output", actuator.name)).collect();
     squid_fmu_plant::outputs(&model.plant).into_iter().filter(open).map(of_plant).map(here).map(move |one| {
         match one.name() {
-            // Their first values depend on the same variables as in the plant, too.
+            // The initial values depend on the same variables as in the plant.
             "depth" | "altitude" | "distance" | "pitch_rate" | "north" | "east" | "heading"
             | "heading_rate" | "roll" | "sway" | "roll_rate" | "angular_velocity_x"
             | "angular_velocity_y" | "angular_velocity_z" => one,
@@ -202,7 +202,7 @@ fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     })
 }
 
-/// Rates and states for model exchange.
+/// Returns derivatives and states for model exchange.
 fn states(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let known = known_of(model);
     let of_plant = squid_fmu_plant::states(&model.plant).into_iter().map(of_plant);
@@ -217,7 +217,7 @@ fn states(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     })
 }
 
-/// The dependencies in the plant but those on variables that the loop sets.
+/// Returns a predicate that is `true` for the names of variables that the loop does not set.
 fn known_of(model: &ClosedLoop) -> impl Fn(&str) -> bool + use<> {
     let actuators = model.axes.iter().flat_map(|axis| &axis.design().actuators).map(|one| one.name.clone());
     let set: Vec<String> =
@@ -234,7 +234,7 @@ fn knowns_of_start(model: &ClosedLoop) -> Vec<&'static str> {
     SPEED_PROFILE.into_iter().chain(["initial_depth"]).chain(coefficients).collect()
 }
 
-/// Commands, scheduling, and constants of the designs, but their references: the loop has more of them.
+/// Returns commands, monitors and constants of the designs except the references, of which the loop has its own.
 fn of_controller(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let each = model.axes.iter().enumerate().map(|(index, axis)| {
         let prefix = if index == 0 { String::new() } else { prefix(axis.design()) };
@@ -265,7 +265,7 @@ fn of_axis(model: &ClosedLoop, index: usize, prefix: &str) -> Vec<Variable> {
     all.collect()
 }
 
-/// The quantity of an output of the controller.
+/// Returns the quantity of an output of the controller.
 fn quantity_of(name: &str, actuators: &[String]) -> Option<Own> {
     match name {
         "scheduling_parameter" => Some(Own::SchedulingParameter),
@@ -289,15 +289,15 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let actuators = actuators(model);
     let own = move |quantity: Own| quantity.number(actuators);
     let knowns = knowns_of_first_tick(model);
-    let stepped = model.stepped();
-    let Signal { name, unit, nominal, .. } = SIGNALS[stepped];
+    let tracked = model.tracked();
+    let Signal { name, unit, nominal, .. } = SIGNALS[tracked];
     let measured = |m: &ClosedLoop, index| {
         if index == DEPTH { m.plant.state().depth } else { m.plant.state().motion.theta }
     };
     let error = Variable::real(
         "tracking_error",
         format!("{name}_reference_used less {name}"),
-        move |m| m.axes[0].autopilot().references()[stepped] - measured(m, stepped),
+        move |m| m.axes[0].autopilot().references()[tracked] - measured(m, tracked),
         Role::output(),
     )
     .unit(unit)

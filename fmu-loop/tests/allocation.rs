@@ -1,4 +1,4 @@
-//! Exchange and step allocate nothing, in none of the three FMUs, and instances leave nothing behind.
+//! None of the three FMUs allocates during exchange and step, and instances free all their memory.
 #![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod abi;
@@ -15,7 +15,7 @@ use squid_fmu_controller::Controller;
 use squid_fmu_loop::ClosedLoop;
 use squid_fmu_plant::PlantModel;
 
-/// Value references, and start values of the inputs and of the parameters that can be changed in flight.
+/// Value references, and start values of the inputs and of the tunable parameters.
 struct Signals {
     inputs: Vec<u32>,
     start: Vec<f64>,
@@ -49,7 +49,7 @@ fn set_all<M: Model>(c: Component, signals: &Signals) {
     assert_eq!(status, Status::Ok);
 }
 
-/// Changes what can be changed in flight.
+/// Changes the tunable parameters.
 fn tune<M: Model>(c: Component, signals: &Signals, factor: f64) {
     let mut values = [0.0; 8];
     values.iter_mut().zip(&signals.tuned).for_each(|(value, start)| *value = factor * start);
@@ -58,7 +58,7 @@ fn tune<M: Model>(c: Component, signals: &Signals, factor: f64) {
     assert_eq!(status, Status::Ok);
 }
 
-/// A thousand communication steps with everything that belongs to one.
+/// Simulates a thousand communication steps with all calls that belong to one.
 fn simulate<M: Model>(c: Component, signals: &Signals) -> f64 {
     let (mut values, mut rates) = ([0.0; 256], [0.0; 256]);
     let (orders, count) = ([1; 256], signals.outputs.len());
@@ -94,7 +94,7 @@ fn simulate<M: Model>(c: Component, signals: &Signals) -> f64 {
     sum
 }
 
-/// A thousand evaluations of the right-hand side, with an event now and then.
+/// Evaluates the right-hand side a thousand times, with occasional events.
 fn integrate<M: Model>(c: Component, signals: &Signals) -> f64 {
     let (mut states, mut rates, mut sum) = ([0.0; 64], [0.0; 64], 0.0);
     let n = signals.states;
@@ -139,7 +139,7 @@ fn allocates_nothing_of<M: Model>(
     let fmu = Unpacked::<M>::new(files);
     let description = describe::<M>(files).unwrap().description;
     let signals = signals(&description);
-    // A controller has no sea.
+    // The controller has no wave parameters.
     let reference = |name: &str| Some(description.variables[description.position(name)?].value_reference);
     let known = parameters.iter().filter_map(|(name, value)| Some((reference(name)?, *value)));
     let c = fmu.started_with(interface, &known.collect::<Vec<_>>());
@@ -164,7 +164,7 @@ fn leaves_nothing_behind<M: Model>(count: usize) {
 }
 
 #[test]
-fn a_step_allocates_nothing_and_an_instance_leaves_nothing_behind() {
+fn steps_do_not_allocate_and_instances_do_not_leak() {
     let (co_simulation, model_exchange) = (Interface::CoSimulation, Interface::ModelExchange);
     allocates_nothing::<PlantModel>(simulate::<PlantModel>, co_simulation);
     allocates_nothing::<Controller>(simulate::<Controller>, co_simulation);

@@ -1,4 +1,4 @@
-//! Names the library as macOS asks for.
+//! Sets the install name of the library, which macOS requires.
 
 fn main() {
     squid_library_name::set_install_name();

@@ -1,3 +1,3 @@
-//! The C symbols of the FMU of the plant.
+//! C symbols of the plant FMU.
 
 squid_fmi2::export!(squid_fmu_plant::PlantModel);

@@ -1,4 +1,4 @@
-//! Errors of the plant, each as one sentence.
+//! Errors of the plant, one sentence each.
 
 use squid_auv::{CoefficientError, LpvModelError, SimulationError, TrimError, VehicleJsonError};
 use squid_fmi2::ResourceError;
@@ -13,22 +13,22 @@ pub enum PlantError {
     /// A resource cannot be read.
     #[error(transparent)]
     Resource(#[from] ResourceError),
-    /// The vehicle is not allowed.
+    /// The vehicle is invalid.
     #[error(transparent)]
     Vehicle(#[from] VehicleJsonError),
-    /// The LPV model is not allowed, or has another number of actuators.
+    /// The LPV model is invalid, or has a different number of actuators.
     #[error("{}", in_file(.0))]
     Lpv(#[from] LpvModelError),
-    /// The LPV model is that of another vehicle.
+    /// The LPV model belongs to another vehicle.
     #[error("resources/{LPV_RESOURCE} is the LPV model of '{found}', and the vehicle is '{expected}'")]
     OtherVehicle { found: String, expected: String },
-    /// A coefficient is not allowed.
+    /// A coefficient is out of range.
     #[error("the vehicle cannot start: {0}")]
     Coefficients(#[from] CoefficientError),
-    /// A weight, buoyancy or centre of gravity is not allowed in flight.
+    /// A weight, buoyancy or centre of gravity set in flight is out of range.
     #[error("{0}")]
     Ballast(#[source] CoefficientError),
-    /// A coefficient is changed in flight, and the LPV model cannot follow.
+    /// A coefficient was changed in flight with the LPV model, which cannot follow it.
     #[error(
         "weight, buoyancy, x_G and z_G can be changed in flight only where fidelity is nonlinear, because the LPV \
          model was made with the coefficients of the vehicle file; external_force_z acts in both"
@@ -37,7 +37,7 @@ pub enum PlantError {
     /// The initial depth is above the surface.
     #[error("the vehicle cannot start: initial_depth is {depth} m, and must be zero (the surface) or more")]
     AboveSurface { depth: f64 },
-    /// A number of the waves is not allowed.
+    /// A wave parameter is out of range.
     #[error("the vehicle cannot start in these waves (the parameters wave_...): {0}")]
     Waves(#[from] SeaError),
     /// The hull breaks the surface of the waves at the start.
@@ -46,7 +46,7 @@ pub enum PlantError {
          theory ends at the surface"
     )]
     BreaksSurface { depth: f64, out: f64 },
-    /// The initial speed is not one of flight ahead, and the vehicle's trims are.
+    /// The initial speed is not above zero, as all trims of the vehicle are.
     #[error(
         "the vehicle cannot start: initial_speed is {speed} m/s, and must be above zero, as the speeds of its trims"
     )]
@@ -54,15 +54,15 @@ pub enum PlantError {
     /// There is no level trim to start from.
     #[error("the vehicle cannot start: {0}")]
     Trim(#[from] TrimError),
-    /// The motion cannot be computed.
+    /// The simulation failed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
-    /// The plant's time is not that of the flight, which only a manipulated state can cause.
+    /// The plant's time differs from that of the simulation, which only a manipulated saved state can cause.
     #[error("the plant's clock shows {clock} s, and the flight has come to {time} s")]
     OtherTime { clock: f64, time: f64 },
 }
 
-/// Adds the file's name, which only the message about bad JSON contains already.
+/// Adds the file name, which only the message about bad JSON already contains.
 fn in_file(error: &LpvModelError) -> String {
     match error {
         LpvModelError::NotJson { .. } => error.to_string(),

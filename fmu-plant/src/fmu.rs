@@ -1,4 +1,4 @@
-//! The plant behind the interface of an FMU.
+//! The plant behind the FMU interface.
 
 use squid_auv::{Fidelity, LpvModel, Slopes, State, Vehicle};
 use squid_fmi2::model_description::{DefaultExperiment, identifier};
@@ -10,8 +10,8 @@ use crate::resources::{LPV_RESOURCE, VEHICLE_RESOURCE};
 use crate::variables::{inputs, outputs, parameters};
 use crate::{PlantError, PlantModel, Quantity, states};
 
-/// Default tolerance of an importer's integrator, relative to the nominal values of the states; in co-simulation the
-/// integrator of the model keeps a smaller one.
+/// Default tolerance of the importer's integrator, relative to the nominal values of the states; in co-simulation the
+/// integrator of the model uses a tighter one.
 pub const TOLERANCE: f64 = 1e-6;
 
 impl Model for PlantModel {
@@ -111,7 +111,7 @@ impl Model for PlantModel {
     }
 
     fn apply_inputs(&mut self) -> Result<(), PlantError> {
-        self.obey_commands()?;
+        self.apply_commands()?;
         self.plant.set_current(self.inputs.current)?;
         self.plant.set_given_speed(self.inputs.given_speed)?;
         self.plant.set_load(self.inputs.load)?;
@@ -153,7 +153,7 @@ impl Model for PlantModel {
 }
 
 impl PlantModel {
-    /// Checks that the plant's time is the given one in s, up to rounding.
+    /// Checks that the plant's time equals `time` \[s\], up to rounding.
     ///
     /// # Errors
     /// [`PlantError::OtherTime`].
@@ -172,7 +172,7 @@ impl PlantModel {
         self.warn_of_surface(log);
     }
 
-    /// Warns when the operating speed leaves the range of the LPV model, once each time.
+    /// Warns each time the operating speed leaves the range of the LPV model.
     fn warn_of_range(&mut self, log: &mut dyn Log) {
         let (centre, half) = (self.lpv.speed_centre, self.lpv.speed_half_range);
         let speed = self.inputs.operating_speed;
@@ -190,9 +190,9 @@ impl PlantModel {
         self.out_of_range = out;
     }
 
-    /// Warns once each time the vehicle, or in waves its hull, emerges: the equations contain no surface. A step that
-    /// failed there would end a simulation at an instant that depends on the step, and a depth held at 0 would be a
-    /// discontinuity that the states of model exchange and their derivatives do not have.
+    /// Warns each time the vehicle (in waves, its hull) emerges; the equations contain no surface. An error would end
+    /// the simulation at an instant that depends on the step size, and holding the depth at 0 would be a discontinuity
+    /// that the states of model exchange and their derivatives do not have.
     fn warn_of_surface(&mut self, log: &mut dyn Log) {
         let state @ State { depth, motion, .. } = self.plant.state();
         let clearance = match &self.surroundings {

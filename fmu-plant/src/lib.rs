@@ -5,18 +5,18 @@
 //! resources/vehicle.json, plant.json -> squid_auv::Plant -> table of variables -> FMU
 //! ```
 //!
-//! The crate contains no vehicle: coefficients, actuators and limits come from the vehicle file, start values from
+//! The crate contains no vehicle data: coefficients, actuators and limits come from the vehicle file, start values from
 //! the trim table of its LPV model. The C symbols are in `library`.
 //!
-//! A larger model can contain a [`PlantModel`] and take over parts of its table with [`squid_fmi2::Variable::embedded`]:
+//! A larger model can contain a [`PlantModel`] and reuse parts of its table with [`squid_fmi2::Variable::embedded`]:
 //!
 //! ```
 //! use squid_fmu_plant::{PlantModel, parameters};
 //! struct Loop { plant: PlantModel }
 //!
-//! fn table(whole: &Loop) -> Vec<squid_fmi2::Variable<Loop>> {
-//!     let of_plant = parameters(&whole.plant).into_iter();
-//!     of_plant.map(|variable| variable.embedded(|whole: &Loop| &whole.plant, |whole| &mut whole.plant)).collect()
+//! fn table(model: &Loop) -> Vec<squid_fmi2::Variable<Loop>> {
+//!     let of_plant = parameters(&model.plant).into_iter();
+//!     of_plant.map(|variable| variable.embedded(|m: &Loop| &m.plant, |m| &mut m.plant)).collect()
 //! }
 //! ```
 
@@ -43,10 +43,10 @@ pub use waves::{WAVES, WaveParameters};
 
 use squid_fmi2::{DescribeError, Described, Resources};
 
-/// Model description, GUID and XML of the plant in `resources`.
+/// Returns model description, GUID and XML of the plant in `resources`.
 ///
 /// # Errors
-/// [`DescribeError`] when a file is missing or damaged, or does not give a legal FMU.
+/// [`DescribeError`] if a file is missing or damaged, or does not give a valid FMU.
 pub fn describe(resources: &Resources) -> Result<Described<PlantModel>, DescribeError> {
     squid_fmi2::describe(resources)
 }

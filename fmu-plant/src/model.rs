@@ -10,47 +10,47 @@ use squid_auv::{
 
 use crate::{PlantError, WaveParameters};
 
-/// Settings, fixed before a flight begins but for weight, buoyancy and centre of gravity.
+/// Settings, fixed before the simulation starts except for weight, buoyancy and centre of gravity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Coefficients of the vehicle; [`PlantModel::take_on_ballast`] applies those that are changed in flight.
+    /// Coefficients of the vehicle; [`PlantModel::take_on_ballast`] applies those changed in flight.
     pub coefficients: Coefficients,
     /// Initial speed along the path through the water \[m/s\].
     pub initial_speed: f64,
     /// Initial depth \[m\].
     pub initial_depth: f64,
-    /// Initial heading \[rad\], of a vehicle that leaves the vertical plane.
+    /// Initial heading \[rad\], for a vehicle in six degrees of freedom.
     pub initial_heading: f64,
-    /// Which equations of motion are integrated.
+    /// Equations of motion that are integrated.
     pub fidelity: Fidelity,
-    /// The waves, for a vehicle whose size is known.
+    /// Waves, for a vehicle whose dimensions are known.
     pub waves: WaveParameters,
-    /// The bottom.
+    /// Seabed.
     pub bottom: Bottom,
 }
 
 /// Inputs of the vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inputs {
-    /// What each actuator takes: an output \[N or rad\], or the command of its curve. Beyond its limits it goes to the
-    /// limit.
+    /// Command of each actuator: an output \[N or rad\], or the argument of its curve. Saturates at the limits of the
+    /// actuator.
     pub commands: Vec<f64>,
-    /// The current.
+    /// Velocity of the current.
     pub current: Current,
     /// Speed V along the path at which the LPV model is evaluated \[m/s\]; the nonlinear equations do not use it.
     pub operating_speed: f64,
-    /// Forward speed through the water that is given to a vehicle that takes one \[m/s\]; others do not use it.
+    /// Forward speed through the water prescribed for a vehicle without surge dynamics \[m/s\]; others do not use it.
     pub given_speed: f64,
-    /// A load from outside.
+    /// External load.
     pub load: Load,
 }
 
-/// What the vehicle had at the start and can lose in flight.
+/// Initial properties of the vehicle that can change in flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Launch {
-    /// Weight \[N\], to which the mass of the settings belongs.
+    /// Weight \[N\] that corresponds to the mass in the settings.
     pub(crate) weight: f64,
-    /// Buoyancy \[N\]: the hull that the waves meet displaces as much.
+    /// Buoyancy \[N\]; also that of the hull volume on which the waves act.
     pub(crate) buoyancy: f64,
 }
 
@@ -62,50 +62,50 @@ impl Launch {
 
 /// A vehicle that starts in level trim and then moves under its inputs.
 ///
-/// One with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations; the LPV
-/// model is then that of the vehicle in the vertical plane, whose trims count.
+/// A vehicle with coefficients of sway, roll and yaw moves in six degrees of freedom by the nonlinear equations; the
+/// LPV model is then that of the same vehicle in the vertical plane, of which only the trims are used.
 #[derive(Debug, Clone)]
 pub struct PlantModel {
     /// Settings; [`PlantModel::start`] applies them.
     pub settings: Settings,
     /// Inputs; [`PlantModel::advance`] applies them.
     pub inputs: Inputs,
-    /// The rates at which the inputs change during [`PlantModel::advance`], which advances the inputs.
+    /// Rates of change of the inputs during [`PlantModel::advance`], which advances the inputs.
     pub slopes: Slopes,
-    /// The same, with the rates at which the outputs asked for change.
-    asked: Slopes,
+    /// Rates as in `slopes`, with those of the requested outputs in place of the commands.
+    requested: Slopes,
     pub(crate) vehicle: Arc<Vehicle>,
     pub(crate) lpv: Arc<LpvModel>,
     pub(crate) plant: Plant,
     pub(crate) trim: Trim,
     pub(crate) launch: Launch,
-    /// The waves about the vehicle since the start.
+    /// Water about the vehicle, with the waves, since the start.
     pub(crate) surroundings: Option<Arc<Surroundings>>,
     pub(crate) above_surface: bool,
     pub(crate) out_of_range: bool,
 }
 
 impl PlantModel {
-    /// The vehicle near the middle of the speeds of its LPV model, in the trim of the model's table.
+    /// Builds the plant near the centre of the speed range of its LPV model, at a trim of the model's table.
     ///
-    /// Settings and inputs are numbers of the files without arithmetic, so that they are the same on every platform.
+    /// Settings and inputs are copied from the files without arithmetic, so that they are the same on every platform.
     ///
     /// # Errors
-    /// [`PlantError::OtherVehicle`], [`PlantError::Lpv`], or coefficients that are not allowed.
+    /// [`PlantError::OtherVehicle`], [`PlantError::Lpv`], or an error about a coefficient out of range.
     pub fn new(vehicle: Vehicle, lpv: LpvModel) -> Result<Self, PlantError> {
         if lpv.vehicle != vehicle.name {
             return Err(PlantError::OtherVehicle { found: lpv.vehicle, expected: vehicle.name });
         }
         let mut row = row_at_centre(&lpv)?.clone();
         let plane = plane_of(&vehicle);
-        // It fits the vehicle in the plane.
+        // The LPV model must fit the vehicle in the vertical plane.
         Plant::new(&plane)?.with_lpv(lpv.clone())?;
         row.actuators = vehicle.outputs_of_plane(&plane, &row.actuators);
         let trim = trim_of(&row, lpv.depth, lpv.pitch());
         let lpv = Arc::new(lpv);
         let mut plant = plant_of(&vehicle, &lpv)?;
         plant.start(0.0, &trim)?;
-        let taken = vehicle.actuators.iter().zip(row.actuators).map(|(one, output)| one.taken(output).0);
+        let commands = vehicle.actuators.iter().zip(row.actuators).map(|(one, output)| one.taken(output).0);
         Ok(Self {
             settings: Settings {
                 coefficients: vehicle.coefficients.clone(),
@@ -117,14 +117,14 @@ impl PlantModel {
                 bottom: Bottom::default(),
             },
             inputs: Inputs {
-                commands: taken.collect(),
+                commands: commands.collect(),
                 current: Current::default(),
                 operating_speed: row.speed,
                 given_speed: row.forward_speed,
                 load: Load::default(),
             },
             slopes: Slopes::held(vehicle.actuators.len()),
-            asked: Slopes::held(vehicle.actuators.len()),
+            requested: Slopes::held(vehicle.actuators.len()),
             launch: Launch::of(&vehicle.coefficients),
             vehicle: Arc::new(vehicle),
             lpv,
@@ -136,69 +136,68 @@ impl PlantModel {
         })
     }
 
-    /// The vehicle as its file describes it.
+    /// Returns the vehicle as its file describes it.
     pub fn vehicle(&self) -> &Vehicle {
         &self.vehicle
     }
 
-    /// The LPV model.
+    /// Returns the LPV model.
     pub fn lpv(&self) -> &LpvModel {
         &self.lpv
     }
 
-    /// Whether all speeds of the LPV model's trims are above zero.
+    /// Returns `true` if all trim speeds of the LPV model are above zero.
     pub fn only_ahead(&self) -> bool {
         self.lpv.trim.iter().all(|row| row.speed > 0.0)
     }
 
-    /// Whether the speed is given from outside, by an input.
+    /// Returns `true` if the forward speed is prescribed by an input.
     pub fn takes_a_speed(&self) -> bool {
         self.vehicle.coefficients.surge.is_given()
     }
 
-    /// Whether there can be waves: the size of the hull is known.
+    /// Returns `true` if waves can be simulated, for which the dimensions of the hull must be known.
     pub fn can_meet_waves(&self) -> bool {
         self.vehicle.geometry.is_some()
     }
 
-    /// Whether the vehicle leaves the vertical plane.
+    /// Returns `true` if the vehicle moves in six degrees of freedom.
     pub fn turns(&self) -> bool {
         self.vehicle.coefficients.leaves_plane()
     }
 
-    /// The trim from which the flight starts.
+    /// Returns the trim from which the simulation starts.
     pub fn trim(&self) -> &Trim {
         &self.trim
     }
 
-    /// The time reached \[s\].
+    /// Returns the current time \[s\].
     pub fn time(&self) -> f64 {
         self.plant.time()
     }
 
-    /// Position, and motion through the water.
+    /// Returns position, and motion through the water.
     pub fn state(&self) -> State {
         let state = self.plant.state();
         State { bottom: self.settings.bottom.depth_at(state.x, state.east), ..state }
     }
 
-    /// Speed along the path through the water, sqrt(u^2 + v^2 + w^2) \[m/s\].
+    /// Returns the speed along the path through the water, sqrt(u^2 + v^2 + w^2) \[m/s\].
     pub fn path_speed(&self) -> f64 {
         self.plant.speed()
     }
 
-    /// The output of each actuator, after lag and limits \[N or rad\].
+    /// Returns the output of each actuator, after lag and limits \[N or rad\].
     pub fn actuator_outputs(&self) -> &[f64] {
         self.plant.outputs()
     }
 
-    /// Puts the vehicle into level trim through the water at initial speed and depth, at a time \[s\].
+    /// Sets the vehicle to level trim through the water at the initial speed and depth, at `time` \[s\].
     ///
-    /// Actuators that lag start at their trim outputs; the commands act on them from then on, and on those without
-    /// lag at once.
+    /// Actuators with lag start at their trim outputs and then follow the commands; those without lag follow at once.
     ///
     /// # Errors
-    /// Coefficients that are not allowed, waves that cannot be, a start above the surface, or no trim: [`PlantError`].
+    /// [`PlantError`] for coefficients or waves out of range, a start above the surface, or if there is no trim.
     pub fn start(&mut self, time: f64) -> Result<(), PlantError> {
         let Settings { coefficients, initial_speed, initial_depth, initial_heading, fidelity, waves, .. } =
             &self.settings;
@@ -232,18 +231,18 @@ impl PlantModel {
         self.launch = Launch::of(&vehicle.coefficients);
         (self.plant, self.trim, self.surroundings) = (plant, trim, surroundings);
         (self.above_surface, self.out_of_range) = (false, false);
-        self.obey_commands()
+        self.apply_commands()
     }
 
-    /// Gives the vehicle in flight the weight, the buoyancy and the centre of gravity of the settings, without
-    /// allocating. Its mass changes with the weight, `m = W/g`, and its motion goes on as it is.
+    /// Applies weight, buoyancy and centre of gravity of the settings in flight, without allocating. The mass changes
+    /// with the weight, `m = W/g`; velocities and position do not jump.
     ///
     /// # Errors
-    /// [`PlantError::Ballast`], [`PlantError::BallastOfLpv`]; the settings then have the values before again.
+    /// [`PlantError::Ballast`], [`PlantError::BallastOfLpv`]; the settings are then restored.
     pub fn take_on_ballast(&mut self) -> Result<(), PlantError> {
         let (wanted, now) = (self.settings.coefficients.ballast(), self.plant.ballast());
         let ratio = wanted.weight / self.launch.weight;
-        // A weight that is not allowed is refused itself, and not for the mass that it would give.
+        // An invalid weight is reported as such, not as the mass that would follow from it.
         let mass = if ratio > 0.0 { wanted.mass * ratio } else { now.mass };
         let wanted = Ballast { mass, ..wanted };
         let outcome = match self.settings.fidelity {
@@ -258,34 +257,36 @@ impl PlantModel {
         outcome
     }
 
-    /// The vehicle with other coefficients.
+    /// Returns the vehicle with other coefficients.
     pub(crate) fn with(&self, coefficients: &Coefficients) -> Vehicle {
         Vehicle { coefficients: coefficients.clone(), ..(*self.vehicle).clone() }
     }
 
-    /// Moves the vehicle to a time \[s\] under the inputs, held or changing at their rates, without allocating.
+    /// Advances the vehicle to the time `to` \[s\] under inputs that are held or change at their rates, without
+    /// allocating.
     ///
-    /// What a curve makes of a ramp is a ramp again, between the thrusts at its ends.
+    /// A ramp through an actuator's curve is approximated by a ramp between the thrusts at its ends.
     ///
     /// # Errors
-    /// [`PlantError::Simulation`]; the vehicle then stays where it was.
+    /// [`PlantError::Simulation`]; the vehicle then keeps its previous state.
     pub fn advance(&mut self, to: f64) -> Result<(), PlantError> {
         let duration = to - self.plant.time();
-        (self.asked.current, self.asked.operating_speed) = (self.slopes.current, self.slopes.operating_speed);
-        (self.asked.given_speed, self.asked.load) = (self.slopes.given_speed, self.slopes.load);
+        (self.requested.current, self.requested.operating_speed) =
+            (self.slopes.current, self.slopes.operating_speed);
+        (self.requested.given_speed, self.requested.load) = (self.slopes.given_speed, self.slopes.load);
         for (index, actuator) in self.vehicle.actuators.iter().enumerate() {
             let (command, slope) = (self.inputs.commands[index], self.slopes.commands[index]);
             let now = actuator.asked(command).0;
             self.plant.set_command(index, now)?;
             let curved = actuator.curve.is_some() && slope != 0.0 && duration > 0.0;
-            let then = || actuator.asked(command + slope * duration).0;
-            self.asked.commands[index] = if curved { (then() - now) / duration } else { slope };
+            let end = || actuator.asked(command + slope * duration).0;
+            self.requested.commands[index] = if curved { (end() - now) / duration } else { slope };
         }
         self.plant.set_current(self.inputs.current)?;
         self.plant.set_operating_speed(self.inputs.operating_speed)?;
         self.plant.set_given_speed(self.inputs.given_speed)?;
         self.plant.set_load(self.inputs.load)?;
-        self.plant.set_slopes(&self.asked)?;
+        self.plant.set_slopes(&self.requested)?;
         self.plant.advance(to)?;
         for (command, slope) in self.inputs.commands.iter_mut().zip(&self.slopes.commands) {
             *command += slope * duration;
@@ -298,19 +299,19 @@ impl PlantModel {
     }
 }
 
-/// The vehicle in the vertical plane.
+/// Returns the vehicle in the vertical plane.
 fn plane_of(vehicle: &Vehicle) -> Cow<'_, Vehicle> {
     if vehicle.coefficients.leaves_plane() { Cow::Owned(vehicle.in_plane()) } else { Cow::Borrowed(vehicle) }
 }
 
-/// The vehicle at rest, with the LPV model where that is its own.
+/// Returns the plant at rest, with the LPV model if the vehicle moves in the vertical plane.
 fn plant_of(vehicle: &Vehicle, lpv: &Arc<LpvModel>) -> Result<Plant, PlantError> {
     let plant = Plant::new(vehicle)?;
     Ok(if vehicle.coefficients.leaves_plane() { plant } else { plant.with_lpv(Arc::clone(lpv))? })
 }
 
-/// The row of the trim table whose speed is nearest to the centre of the scheduled speeds; the slower of two at equal
-/// distance.
+/// Returns the row of the trim table whose speed is nearest to the centre of the scheduled speeds; the first of two at
+/// equal distance.
 fn row_at_centre(lpv: &LpvModel) -> Result<&TrimPoint, LpvModelError> {
     lpv.check()?;
     let off_centre = |row: &TrimPoint| (row.speed - lpv.speed_centre).abs();

@@ -1,25 +1,25 @@
-//! The quantities with exact derivatives in the plant.
+//! Quantities with exact derivatives in the plant.
 
 use squid_auv::index::STATES;
 
-/// One quantity that does not belong to an actuator. In the vertical plane nothing belongs to some.
+/// A quantity that does not belong to an actuator. Some are unused in the vertical plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// The velocity of the current: north or horizontal, east, down.
+    /// Velocity of the current: north or horizontal, east, down.
     Current(usize),
-    /// The operating speed of the LPV model.
+    /// Operating speed of the LPV model.
     OperatingSpeed,
-    /// Of a vehicle that is given its speed.
+    /// Prescribed forward speed.
     GivenSpeed,
-    /// The load from outside, X Y Z K M N.
+    /// External load, X Y Z K M N.
     External(usize),
-    /// By which waves change.
+    /// Time, on which the waves depend.
     Time,
-    /// By [`squid_auv::place`].
+    /// State, numbered as in [`squid_auv::index`].
     State(usize),
-    /// Of these.
+    /// Time derivative of a state, numbered likewise.
     Rate(usize),
-    /// Through the water: u, v, w and V.
+    /// Forward speed u through the water; then v, w and V.
     Speed,
     #[allow(missing_docs)]
     Sway,
@@ -27,28 +27,28 @@ pub enum Quantity {
     Heave,
     #[allow(missing_docs)]
     PathSpeed,
-    /// phi', theta' and psi' of a vehicle that leaves the vertical plane; in it theta' is the state q.
+    /// Roll rate phi' in six degrees of freedom; then theta' and psi'. In the vertical plane theta' is the state q.
     RollRate,
     #[allow(missing_docs)]
     PitchRate,
     #[allow(missing_docs)]
     HeadingRate,
-    /// Over the bottom.
+    /// Height above the seabed.
     Altitude,
 }
 
 const CURRENT: usize = 3;
 const LOAD: usize = 6;
-/// Quantities that do not belong to an actuator; every actuator adds three.
+/// Number of quantities that do not belong to an actuator; every actuator adds three.
 const FIXED: usize = CURRENT + LOAD + 2 * STATES + 11;
 
 impl Quantity {
-    /// Number of quantities of a vehicle with a number of actuators.
+    /// Returns the number of quantities of a vehicle with `actuators` actuators.
     pub fn count(actuators: usize) -> usize {
         FIXED + 3 * actuators
     }
 
-    /// The number of the quantity.
+    /// Returns the number of the quantity.
     pub fn number(self) -> usize {
         let others = CURRENT + LOAD + 2 * STATES;
         match self {
@@ -70,17 +70,17 @@ impl Quantity {
         }
     }
 
-    /// The number of the command of an actuator.
+    /// Returns the number of the command of an actuator.
     pub fn command(actuator: usize) -> usize {
         FIXED + 3 * actuator
     }
 
-    /// The number of the output of an actuator.
+    /// Returns the number of the output of an actuator.
     pub fn output(actuator: usize) -> usize {
         FIXED + 3 * actuator + 1
     }
 
-    /// The number of the rate of the output of an actuator.
+    /// Returns the number of the rate of an actuator's output.
     pub fn output_rate(actuator: usize) -> usize {
         FIXED + 3 * actuator + 2
     }

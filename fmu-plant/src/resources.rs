@@ -1,7 +1,7 @@
-//! The files in `resources/` that a plant is made of.
+//! Files in `resources/` from which the plant is built.
 
-/// The vehicle in `resources/`.
+/// File of the vehicle in `resources/`.
 pub const VEHICLE_RESOURCE: &str = "vehicle.json";
 
-/// The LPV model of the vehicle in `resources/`.
+/// File of the vehicle's LPV model in `resources/`.
 pub const LPV_RESOURCE: &str = "plant.json";

@@ -1,4 +1,4 @@
-//! What is in the saved state of a flight.
+//! Contents of the saved state of a simulation.
 
 use squid_auv::{COEFFICIENTS, Coefficients, Current, Fidelity, Motion, Snapshot, State};
 use squid_fmi2::{SavedState, StateError};
@@ -7,7 +7,7 @@ use crate::PlantModel;
 use crate::model::Launch;
 
 impl PlantModel {
-    /// Writes settings, inputs, trim and the whole motion, or reads them into a plant of the same vehicle.
+    /// Writes settings, inputs, trim and the complete motion, or reads them into a plant of the same vehicle.
     pub(crate) fn pass(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
         let mut in_waves = self.surroundings.is_some();
         let settings = &mut self.settings;

@@ -1,4 +1,4 @@
-//! The part of the table of variables that model exchange needs.
+//! Rows of the table of variables that model exchange needs.
 
 use squid_auv::{Actuator, index};
 
@@ -8,8 +8,8 @@ use crate::{PlantModel, Quantity, WAVES};
 type Variable = squid_fmi2::Variable<PlantModel>;
 type Role<T> = squid_fmi2::Role<PlantModel, T>;
 
-/// For model exchange: the velocities over ground, which are no outputs, and the rates of all states in the order of
-/// the states.
+/// Returns the variables for model exchange: the velocities over ground, which are not outputs, and the derivatives of
+/// all states in the order of the states.
 pub fn states(model: &PlantModel) -> Vec<Variable> {
     let waves: &[&str] = if model.can_meet_waves() { &WAVES } else { &[] };
     let heading: &[&str] = if model.turns() { &["initial_heading"] } else { &[] };
@@ -40,7 +40,7 @@ pub fn states(model: &PlantModel) -> Vec<Variable> {
 }
 
 impl PlantModel {
-    /// The places of the states that the vehicle has.
+    /// Returns the indices of the states of this vehicle.
     pub(crate) fn indices(&self) -> &'static [usize] {
         static ALL: [usize; index::STATES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
         static PLANE: [usize; 6] =
@@ -48,7 +48,7 @@ impl PlantModel {
         if self.turns() { &ALL } else { &PLANE }
     }
 
-    /// The name of a state.
+    /// Returns the name of a state.
     fn state_name(&self, index: usize) -> &'static str {
         const NAMES: [&str; index::STATES] = [
             "surge_over_ground",
@@ -72,7 +72,7 @@ impl PlantModel {
     }
 }
 
-/// The rate of a state of the motion.
+/// Returns the variable for the derivative of a state of the motion.
 fn motion_rate(model: &PlantModel, index: usize) -> Variable {
     let (unit, indices): (_, &[usize]) = match index {
         index::ROLL => ("rad/s", &[index::P, index::Q, index::R, index::ROLL, index::PITCH]),
@@ -99,19 +99,19 @@ fn motion_rate(model: &PlantModel, index: usize) -> Variable {
         .quantity(Quantity::Rate(index).number())
 }
 
-/// The names of those states that the vehicle has.
+/// Returns the names of those states that this vehicle has.
 fn names<'a>(model: &'a PlantModel, indices: &'a [usize]) -> impl Iterator<Item = String> {
     let own = indices.iter().filter(|index| model.indices().contains(index));
     own.map(|index| model.state_name(*index).to_owned())
 }
 
-/// On what the accelerations depend.
+/// Returns the names of the variables on which the accelerations depend.
 fn knowns_of_dynamics(model: &PlantModel) -> Vec<String> {
-    let place_matters = |index: &usize| match *index {
+    let has_effect = |index: &usize| match *index {
         index::NORTH | index::EAST => model.can_meet_waves(),
         _ => true,
     };
-    let states: Vec<usize> = model.indices().iter().copied().filter(place_matters).collect();
+    let states: Vec<usize> = model.indices().iter().copied().filter(has_effect).collect();
     let operating_speed = (!model.turns()).then_some("operating_speed");
     let given = model.takes_a_speed().then_some(GIVEN_SPEED);
     let external = external(model).map(|(_, name, ..)| name);
@@ -120,7 +120,7 @@ fn knowns_of_dynamics(model: &PlantModel) -> Vec<String> {
     names(model, &states).chain(inputs.map(str::to_owned)).chain(forces).collect()
 }
 
-/// The variable that determines the force of an actuator: its output if that is a state, its command without lag.
+/// Returns the variable that determines the force of an actuator: its output if that is a state, else its command.
 fn force_of(actuator: &Actuator) -> String {
     if actuator.lag > 0.0 { format!("{}_output", actuator.name) } else { actuator.name.clone() }
 }

@@ -1,15 +1,15 @@
-//! Exact derivatives of the plant, by dual numbers in the code that simulates.
+//! Exact derivatives of the plant, from dual numbers in the simulation code.
 
 use squid_auv::{Bottom, Dual64, Instant, Motion, index};
 
 use crate::{PlantModel, Quantity as Q};
 
 impl PlantModel {
-    /// Fills in the tangents of outputs and rates from those of inputs and states, as [`Quantity`](crate::Quantity)
-    /// numbers them.
+    /// Computes the tangents of outputs and derivatives from those of inputs and states, numbered as in
+    /// [`Quantity`](crate::Quantity).
     ///
-    /// In the initialization the vehicle moves through the water as the parameters prescribe, whatever the current: the
-    /// velocities over ground follow from both.
+    /// During initialisation the motion through the water is prescribed by the parameters, independent of the current;
+    /// the velocities over ground follow from both.
     pub fn carry(&self, initial: bool, tangents: &mut [f64]) {
         if initial {
             self.carry_current(tangents);
@@ -43,14 +43,14 @@ impl PlantModel {
         let Bottom { north, east, .. } = self.settings.bottom;
         let altitude = north * moved(index::NORTH) + east * moved(index::EAST) - moved(index::DEPTH);
         tangents[Q::Altitude.number()] = altitude;
-        // V has no derivative at rest; 0 is the mean of those to either side.
+        // V has no derivative at rest; 0 is the mean of the one-sided derivatives.
         let square = u * u + w * w + v * v;
         tangents[Q::PathSpeed.number()] =
             if square.re > 0.0 { 0.5 * square.eps / square.re.sqrt() } else { 0.0 };
     }
 
     fn carry_current(&self, tangents: &mut [f64]) {
-        // At rest over ground the velocity through the water is minus that of the current.
+        // The velocity through the water of a point at rest over ground is minus that of the current.
         let now = self.instant();
         let mut against = Instant::<Dual64>::zero();
         for angle in [index::ROLL, index::PITCH, index::HEADING] {
@@ -81,10 +81,10 @@ impl PlantModel {
         self.plant.in_water(&in_current)
     }
 
-    /// The output that an input asks an actuator for.
+    /// Returns the output that an input requests from an actuator, with its derivative.
     fn seeded_command(&self, index: usize, tangents: &[f64]) -> Dual64 {
-        let (asked, slope) = self.plant.actuators()[index].asked(self.inputs.commands[index]);
-        Dual64::new(asked, slope * tangents[Q::command(index)])
+        let (output, slope) = self.plant.actuators()[index].asked(self.inputs.commands[index]);
+        Dual64::new(output, slope * tangents[Q::command(index)])
     }
 
     fn seeded_output(&self, index: usize, tangents: &[f64]) -> Dual64 {

@@ -1,8 +1,8 @@
-//! The table of variables, in three parts; a fourth is in `states.rs`.
+//! Table of variables, in three parts; the fourth is in `states.rs`.
 //!
-//! Inputs act at once, in co-simulation as in model exchange: the velocities through the water depend on the current,
-//! and an actuator without lag follows its command. A master has no algebraic loop unless the commands follow such
-//! a quantity. First values of other outputs follow from parameters alone.
+//! Inputs act at once, in co-simulation as in model exchange: velocities through the water depend on the current, and
+//! an actuator without lag follows its command. A master has an algebraic loop only if commands depend on such a
+//! quantity. Initial values of the other outputs depend on parameters only.
 
 use squid_auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity, Surge, index};
 use squid_fmi2::model_description::Enumeration;
@@ -14,7 +14,8 @@ type Variable = squid_fmi2::Variable<PlantModel>;
 type Role<T> = squid_fmi2::Role<PlantModel, T>;
 
 impl PlantModel {
-    /// The type of the parameter `fidelity`, of a vehicle with an LPV model of its own.
+    /// Returns the type of the parameter `fidelity`; empty for a vehicle in six degrees of freedom, which does not have
+    /// it.
     pub fn fidelities(&self) -> Vec<Enumeration> {
         if self.turns() { vec![] } else { vec![fidelities()] }
     }
@@ -31,7 +32,7 @@ fn fidelities() -> Enumeration {
     Enumeration::new("Fidelity", "which equations of motion are integrated", &items)
 }
 
-/// An input with the name of its field, and of that of its rate.
+/// An input with the name of its field and of the field of its rate.
 macro_rules! input {
     ($name:expr, $description:expr, $quantity:expr, $($field:ident).+) => {
         Variable::real(
@@ -60,7 +61,7 @@ macro_rules! parameter {
     };
 }
 
-/// Commands, current, the operating speed of the LPV model, and the load from outside.
+/// Returns the inputs: commands, current, operating speed of the LPV model, prescribed speed and external load.
 pub fn inputs(model: &PlantModel) -> Vec<Variable> {
     let commands = model.vehicle().actuators.iter().enumerate().map(|(i, actuator)| command(i, actuator));
     let operating_speed = "speed along the path through the water, V, about whose trim the LPV model stands; \
@@ -76,7 +77,7 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
         .collect()
 }
 
-/// The names of the inputs of the current.
+/// Returns the names of the current's inputs.
 pub fn of_current(model: &PlantModel) -> &'static [&'static str] {
     if model.turns() {
         &["current_north", "current_east", "current_vertical"]
@@ -103,10 +104,10 @@ fn current(model: &PlantModel) -> Vec<Variable> {
     ]
 }
 
-/// The load from outside: its place among X Y Z K M N, name, unit and description.
+/// External load: index in X Y Z K M N, name, unit and description.
 type External = (usize, &'static str, &'static str, &'static str);
 
-/// What of the load from outside acts: at a given speed a force along the hull does not.
+/// Returns the external loads that act; with a prescribed speed a force along the hull does not.
 pub(crate) fn external(model: &PlantModel) -> impl Iterator<Item = External> {
     let ahead = "force from outside at the origin of the body, along the body axis, positive forward";
     let down = "force from outside at the origin of the body, across the body axis, positive down";
@@ -145,12 +146,12 @@ fn external_load(model: &PlantModel) -> impl Iterator<Item = Variable> {
     })
 }
 
-/// A speed along the path, which is no less than zero where the vehicle flies ahead alone.
+/// Bounds a speed below by zero if the vehicle has trims for ahead motion only.
 fn ahead(model: &PlantModel, speed: Variable) -> Variable {
     if model.only_ahead() { speed.at_least(0.0) } else { speed }
 }
 
-/// The speed of a vehicle that is given one.
+/// Returns the input of the prescribed speed, for a vehicle without surge dynamics.
 fn given_speed(model: &PlantModel) -> Option<Variable> {
     let Surge::Given { lag } = model.vehicle().coefficients.surge else { return None };
     let description =
@@ -158,12 +159,12 @@ fn given_speed(model: &PlantModel) -> Option<Variable> {
     Some(input!(GIVEN_SPEED, description, Quantity::GivenSpeed, given_speed))
 }
 
-/// The input of a vehicle that is given its speed.
+/// Name of the input of the prescribed speed.
 pub const GIVEN_SPEED: &str = "given_speed";
 
 fn command(index: usize, actuator: &Actuator) -> Variable {
     let through = if actuator.curve.is_some() { ", which its curve turns into a thrust" } else { "" };
-    let sign = actuator.sign_in_words().map_or(String::new(), |words| format!("; {words}"));
+    let sign = actuator.sign_in_words().map_or(String::new(), |sign| format!("; {sign}"));
     let description =
         format!("command to {}{through}; beyond its limits it goes to the limit{sign}", actuator.name);
     let (least, most) = (actuator.taken(actuator.min).0, actuator.taken(actuator.max).0);
@@ -177,7 +178,7 @@ fn command(index: usize, actuator: &Actuator) -> Variable {
         .slope(move |m, v| m.slopes.commands[index] = v)
 }
 
-/// Motion, position, actuator outputs, and the initial trim.
+/// Returns the outputs: motion, position, actuator outputs, and the initial trim.
 pub fn outputs(model: &PlantModel) -> Vec<Variable> {
     let mut table = motion(model);
     if model.turns() {
@@ -210,19 +211,19 @@ fn output(
     Variable::real(name, description, get, Role::output()).unit(unit).depends_on(&[])
 }
 
-/// A velocity through the water, which depends on that over ground, on the angles and on the current.
+/// Adds the dependencies of a velocity through the water: velocity over ground, angles, current, and position in waves.
 fn through_water(model: &PlantModel, one: Variable, quantity: Quantity, own: &[&str]) -> Variable {
     let angles: &[&str] = if model.turns() { &["roll", "pitch", "heading"] } else { &["pitch"] };
-    let place: &[&str] = match (model.can_meet_waves(), model.turns()) {
+    let position: &[&str] = match (model.can_meet_waves(), model.turns()) {
         (false, _) => &[],
         (true, false) => &["distance", "depth"],
         (true, true) => &["north", "east", "depth"],
     };
-    let knowns = [own, angles, of_current(model), place].concat();
+    let knowns = [own, angles, of_current(model), position].concat();
     one.depends_on(&knowns).initially_depends_on(&knowns_of_trim(model)).quantity(quantity.number())
 }
 
-/// Motion through the water in the vertical plane.
+/// Returns the motion through the water in the vertical plane.
 fn motion(model: &PlantModel) -> Vec<Variable> {
     let trim = knowns_of_trim(model);
     let speed = output("speed", "forward speed through the water, along the body axis (u)", "m/s", |m| {
@@ -262,7 +263,7 @@ fn motion(model: &PlantModel) -> Vec<Variable> {
     ]
 }
 
-/// What leaves the vertical plane.
+/// Returns the motion out of the vertical plane.
 fn out_of_plane(model: &PlantModel) -> Vec<Variable> {
     let sway = output("sway", "sway velocity through the water, positive to starboard (v)", "m/s", |m| {
         m.state().motion.v
@@ -300,7 +301,7 @@ fn out_of_plane(model: &PlantModel) -> Vec<Variable> {
     ]
 }
 
-/// An output that is a state too, by [`squid_auv::place`].
+/// Returns an output that is also a state, with its index in [`squid_auv::index`].
 fn state(
     name: &str,
     description: &str,
@@ -374,10 +375,10 @@ pub(crate) fn knowns_of_trim(model: &PlantModel) -> Vec<&'static str> {
     ["initial_speed", "initial_depth"].into_iter().chain(coefficients).collect()
 }
 
-/// The coefficients that can be changed in flight, as dropped weights and buoyancy engines do.
+/// Coefficients that can be changed in flight, as by drop weights and buoyancy engines.
 const TUNABLE: [&str; 4] = ["weight", "buoyancy", "x_G", "z_G"];
 
-/// The start, the fidelity, the waves, and every coefficient that acts on the vehicle.
+/// Returns the parameters: initial conditions, fidelity, seabed, waves, and every coefficient that acts on the vehicle.
 pub fn parameters(model: &PlantModel) -> Vec<Variable> {
     let sign = if model.only_ahead() { "above zero" } else { "negative astern" };
     let speed = format!("speed along the path through the water at the start, in level trim, {sign}");
@@ -405,7 +406,7 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
     table
 }
 
-/// The parameters of the bottom.
+/// Returns the parameters of the seabed.
 fn bottom(model: &PlantModel) -> Vec<Variable> {
     let ahead = if model.turns() { "to the north" } else { "ahead" };
     let north = format!("how much deeper the bottom is for each metre {ahead}");
@@ -421,7 +422,7 @@ fn bottom(model: &PlantModel) -> Vec<Variable> {
     table
 }
 
-/// The parameters of the waves; none of a vehicle of which no size is known.
+/// Returns the parameters of the waves; none if the dimensions of the vehicle are unknown.
 fn waves(model: &PlantModel) -> Vec<Variable> {
     if !model.can_meet_waves() {
         return vec![];
@@ -460,7 +461,7 @@ fn number_of(fidelity: Fidelity) -> i32 {
     }
 }
 
-/// The number has been checked against the items of [`fidelities`].
+/// Returns the fidelity with a number, which has been checked against the items of [`fidelities`].
 fn fidelity_of(number: i32) -> Fidelity {
     if number == 2 { Fidelity::Lpv } else { Fidelity::Nonlinear }
 }

@@ -9,33 +9,34 @@ use squid_sea::{SeaError, Spectrum, Waves};
 
 use crate::PlantError;
 
-/// The names of the parameters of the waves.
+/// Names of the wave parameters.
 pub const WAVES: [&str; 5] = ["wave_height", "wave_period", "wave_gamma", "wave_heading", "wave_seed"];
 
-/// A sea of the JONSWAP spectrum; none where the height is 0.
+/// A sea with the JONSWAP spectrum; calm if the height is 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WaveParameters {
-    /// The significant height \[m\].
+    /// Significant wave height \[m\].
     pub height: f64,
-    /// The period of the peak \[s\].
+    /// Peak period \[s\].
     pub period: f64,
-    /// How much higher the peak is than that of a fully developed sea.
+    /// Peak enhancement factor gamma: ratio of the peak to that of a fully developed sea.
     pub gamma: f64,
-    /// Where the waves go, clockwise from north, or in the vertical plane from the way the vehicle faces \[rad\].
+    /// Direction of propagation, clockwise from north; in the vertical plane relative to the direction of travel
+    /// \[rad\].
     pub heading: f64,
-    /// What frequencies and phases are drawn from.
+    /// Seed of the random frequencies and phases.
     pub seed: i32,
 }
 
 impl Default for WaveParameters {
-    /// None; of 8 s and the mean gamma of JONSWAP, against the vehicle, once there is a height.
+    /// Returns a calm sea; once a height is set, head waves with a peak period of 8 s and the mean gamma of JONSWAP.
     fn default() -> Self {
         Self { height: 0.0, period: 8.0, gamma: 3.3, heading: PI, seed: 1 }
     }
 }
 
 impl WaveParameters {
-    /// The water about a vehicle; `None` without waves.
+    /// Returns the water about a vehicle; `None` without waves.
     ///
     /// # Errors
     /// [`PlantError::Waves`].

@@ -1,4 +1,4 @@
-//! No step of the plant allocates: counted by the allocator itself.
+//! Steps of the plant do not allocate, as counted by the allocator.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 

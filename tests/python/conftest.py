@@ -1,4 +1,4 @@
-"""Shared fixtures: the command, and the FMUs of two vehicles, which the main job makes, and of others, made once."""
+"""Shared fixtures: the command, the FMUs of two vehicles made by the main job, and of others, each made once."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ PITCHING = in_pitch(REMUS100)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Check the tiers, and begin with the files that take longest, so that none of them is left at the end."""
+    """Check the tiers, and start with the files that take longest, so that they do not finish last."""
     check(items)
     places = {name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: places.get(item.path.stem, len(places)))
@@ -89,9 +89,9 @@ def host(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def run_squid(squid_command: Path) -> Run:
-    """Return a function that runs `squid` with arguments and hands back exit code and output.
+    """Return a function that runs `squid` with arguments and returns exit code and output.
 
-    What it says is not broken into lines as for people, unless a number of columns is given; with "" it is.
+    Output is not wrapped as it is for people, unless a number of columns is given; with "" it is.
     """
 
     def run(
@@ -119,31 +119,31 @@ def messages(done: subprocess.CompletedProcess, **folders: Path) -> str:
 
 
 def design(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> None:
-    """Design a vehicle into a folder; what is printed is in `design.txt`."""
+    """Design a vehicle into a folder; the output is in `design.txt`."""
     written(run_squid, folder, "design", vehicle, "--no-advise", *options)
 
 
 def package(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> Packages:
-    """Design and package a vehicle into a folder; what each verb prints is in a file of its name."""
+    """Design and package a vehicle into a folder; the output of each verb is in a file of its name."""
     design(run_squid, vehicle, folder, *options)
     written(run_squid, folder, "package", vehicle, *options)
     return Packages.found_in(of_axis(folder, options))
 
 
 def of_axis(folder: Path, options: tuple[str, ...]) -> Path:
-    """Return the folder of the axis that is named, in that of all, or that itself if none is."""
+    """Return the folder of the named axis below that of all, or that folder itself if no axis is named."""
     return folder / options[options.index("--axis") + 1] if "--axis" in options else folder
 
 
 def written(run_squid: Run, folder: Path, verb: str, vehicle: Path, *options: str) -> None:
-    """Let a verb of the command write into a folder; what it prints is in a file of its name."""
+    """Run a verb of the command that writes to a folder; its output is in a file of its name."""
     done = run_squid(verb, vehicle, "--out", folder, *options, timeout=900.0)
     assert done.returncode == 0, f"squid {verb}:\n{done.stdout}\n{done.stderr}"
     (folder / f"{verb}.txt").write_text(done.stdout, encoding="utf-8")
 
 
 def once(made_from: Iterable[Path], words: Iterable[str], make: Callable[[Path], object]) -> Path:
-    """Return the folder that `make` fills, filled if there is none of these files and words; not to be changed."""
+    """Return the folder that `make` fills, once for the same files and words; it must not be changed."""
     folder = KEPT / stamp.digest(made_from, *words)[:16]
     KEPT.mkdir(parents=True, exist_ok=True)
     with FileLock(KEPT / f"{folder.name}.lock"):
@@ -157,21 +157,21 @@ def once(made_from: Iterable[Path], words: Iterable[str], make: Callable[[Path],
 
 
 def designed(run_squid: Run, vehicle: Path, *options: str) -> Path:
-    """Return the folder of a design, made once; not to be changed."""
+    """Return the folder of a design, made once; it must not be changed."""
     made_from = [build.squid(), *sorted(vehicle.glob("*.toml"))]
     make = lambda folder: design(run_squid, vehicle, folder, *options)  # noqa: E731
     return of_axis(once(made_from, ["design", *options], make), options)
 
 
 def kept(run_squid: Run, vehicle: Path, *options: str) -> Packages:
-    """Return the packages of a vehicle, made once; not to be changed."""
+    """Return the packages of a vehicle, made once; they must not be changed."""
     made_from = [build.squid(), *build.binaries(), *sorted(vehicle.glob("*.toml"))]
     made = once(made_from, options, lambda folder: package(run_squid, vehicle, folder, *options))
     return Packages.found_in(of_axis(made, options))
 
 
 def heading_alone(run_squid: Run) -> Path:
-    """Return the folder of the axis of heading of REMUS 100 with its package, made once; not to be changed."""
+    """Return the folder of the heading axis of REMUS 100 with its package, made once; it must not be changed."""
     return kept(run_squid, REMUS100, "--axis", "heading").folder
 
 
@@ -187,7 +187,7 @@ def rewritten(fmu: Path, copy: Path, name: str, change: Callable[[bytes], bytes 
 
 
 def with_rate(vehicle: Path) -> Path:
-    """Make REMUS 100 with a limit of 60 deg/s on the rate of its planes, which is an example, and return it."""
+    """Return REMUS 100 with a limit of 60 deg/s on the rate of its planes, which is an example."""
     shutil.copytree(PITCHING, vehicle)
     path, head = vehicle / "vehicle.toml", 'name = "stern_planes"\n'
     text = path.read_text(encoding="utf-8")
@@ -198,7 +198,7 @@ def with_rate(vehicle: Path) -> Path:
 
 
 def of_main_job(run_squid: Run, vehicle: Path) -> Packages:
-    """Return what the main job made of a vehicle, made if it has not run; not to be changed."""
+    """Return the result of the main job for a vehicle, which runs if necessary; it must not be changed."""
     default = Design(vehicle, "design")
     KEPT.mkdir(parents=True, exist_ok=True)
     with FileLock(KEPT / f"{vehicle.name}.lock"):
@@ -211,7 +211,7 @@ def reported(run_squid: Run, vehicle: Path) -> str:
 
 
 def report_in(run_squid: Run, vehicle: Path, folder: Path) -> str:
-    """Return the page of the report on a kept design, made once."""
+    """Return the page of the report on a stored design, made once."""
     with FileLock(KEPT / f"{folder.name}.lock"):
         if not (folder / "report.html").is_file():
             written(run_squid, folder, "report", vehicle)
@@ -219,7 +219,7 @@ def report_in(run_squid: Run, vehicle: Path, folder: Path) -> str:
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Remove what was made of earlier files."""
+    """Remove results of earlier files."""
     for old in KEPT.glob("*"):
         if time.time() - old.stat().st_mtime > KEPT_FOR:
             shutil.rmtree(old) if old.is_dir() else old.unlink()
@@ -251,7 +251,7 @@ def rate_limited(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Pa
 
 @pytest.fixture(scope="session")
 def squid_by_errors(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the vehicle of Squid with a design by which the controller sees tracking errors alone."""
+    """Return the vehicle of Squid with a design whose controller uses tracking errors only."""
     vehicle = tmp_path_factory.mktemp("errors") / "vehicle"
     vehicle.mkdir()
     shutil.copy(SQUID / "vehicle.toml", vehicle)
@@ -261,10 +261,9 @@ def squid_by_errors(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def quick_vehicle(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return Squid with the tuning of the paper and nothing uncertain, for tests of any design: it takes a second.
+    """Return Squid with the tuning of the paper and no uncertainty, for tests of any design: it takes a second.
 
-    The tuning is too slow for a reference beyond the envelope, after which 15.4 % of the step are left: 20 % are
-    allowed.
+    The tuning is too slow for a reference beyond the envelope, after which 15.4 % of the step remain: 20 % are allowed.
     """
     folder = tmp_path_factory.mktemp("quick")
     shutil.copytree(SQUID, folder / "whole")
@@ -289,20 +288,20 @@ def all_packages(request: pytest.FixtureRequest) -> Packages:
 
 @pytest.fixture
 def copied_vehicle(tmp_path: Path) -> Path:
-    """Return a copy of the vehicle of Squid that a test may spoil."""
+    """Return a copy of the vehicle of Squid that a test may modify."""
     return Path(shutil.copytree(SQUID, tmp_path / "vehicle"))
 
 
 @pytest.fixture
 def stored_design(squid: Packages, tmp_path: Path) -> Path:
-    """Return a copy of the design of Squid that a test may spoil, without FMUs."""
+    """Return a copy of the design of Squid that a test may modify, without FMUs."""
     return Path(
         shutil.copytree(squid.folder, tmp_path / "out", ignore=shutil.ignore_patterns("*.fmu", "*.ssp"))
     )
 
 
 def without_uncertainty(vehicle: Path, copy: Path) -> Path:
-    """Copy a vehicle, but for what is uncertain of it: the same controller, and a report without the work on mu."""
+    """Copy a vehicle without its uncertainty: the same controller, and a report without the work on mu."""
     shutil.copytree(vehicle, copy)
     design = copy / "design.toml"
     certain, found, _ = design.read_text(encoding="utf-8").partition("\n[uncertainty]\n")
@@ -336,7 +335,7 @@ def wheel_file() -> Path:
 
 @pytest.fixture(scope="session")
 def site(wheel_file: Path) -> Path:
-    """Return a folder with the package alone."""
+    """Return a folder with only the package."""
     site = KEPT / "wheel-site"
     with FileLock(KEPT / "wheel.lock"):
         mark, expected = site / "stamp", stamp.digest([wheel_file])

@@ -37,10 +37,11 @@ class Check:
 def lanes(every: bool) -> tuple[list[Check], list[Check]]:
     """Return the groups of Rust and of Python in the order in which they run: the fastest to fail first.
 
-    Those of every tier, or those that a change needs.
+    These are all groups, or those that a change needs.
 
-    Both run at once. Lints, tests and the command share a profile, so that their dependencies are compiled once;
-    cargo builds of one profile wait for each other, so Python begins with the binaries, which have another.
+    Both lanes run in parallel. Lints, tests and the command share a profile, so that their dependencies are compiled
+    once; cargo builds of one profile wait for each other, so Python begins with the binaries, which have another
+    profile.
     """
     rust = [
         Check("Rust: format", lambda: run(["cargo", "fmt", "--all", "--check"], log="format")),
@@ -61,7 +62,7 @@ def lanes(every: bool) -> tuple[list[Check], list[Check]]:
 
 
 def cargo(name: str, *words: str, **variables: str) -> None:
-    """Run cargo on the whole workspace with its output in a log, because the Python tests print at the same time."""
+    """Run cargo on the workspace with its output in a log, because the Python tests print at the same time."""
     run(["cargo", words[0], "--release", "--workspace", *words[1:]], variables=variables, log=name)
 
 
@@ -103,7 +104,7 @@ def published_cases() -> None:
 
 
 def budget(every: bool) -> None:
-    """Compare the processor time of commands with benches/budget.toml; with all tests, one far beyond it fails."""
+    """Compare the processor time of commands with benches/budget.toml; with all tests, a large excess fails."""
     build.build_command()
     run([sys.executable, Path("benches") / "budget.py", build.squid(), *(["--every"] if every else [])])
 
@@ -139,7 +140,7 @@ def run_check(check: Check) -> tuple[str, bool, float]:
 
 
 def run_all(every: bool) -> list[tuple[str, bool, float]]:
-    """Run every group, also after a failure; after an interrupt from the keyboard start no further one."""
+    """Run every group, even after a failure; after an interrupt from the keyboard start no further one."""
     stopped = Event()
 
     def run_lane(lane: list[Check]) -> list[tuple[str, bool, float]]:
@@ -160,7 +161,7 @@ def run_tests(every: bool) -> int:
     room.ask_for(DISK + (DISK_OF_ALL if every else 0.0), TEMPORARY, "the tests")
     begin = time.monotonic()
     results = run_all(every)
-    # When nothing else runs; Windows does not tell the processor time of a command.
+    # Measured while nothing else runs; Windows does not report the processor time of a command.
     if sys.platform != "win32":
         results.append(run_check(Check("Processor time", lambda: budget(every))))
     print("\nSummary")

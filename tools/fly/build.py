@@ -13,10 +13,10 @@ from fly.stages import run
 
 
 def build(names: Sequence[str] = ()) -> None:
-    """Build the command and, at the same time, the binaries for this machine and for platforms by their FMI names.
+    """Build the command and, in parallel, the binaries for this machine and for platforms by their FMI names.
 
-    The output of the binaries goes to a log; cargo skips what is done. Where Zig links the binaries of this machine,
-    they run on any such machine: with the system's linker they would need its version of glibc.
+    The output of the binaries goes to a log; cargo skips finished builds. If Zig links the binaries of this machine,
+    they run on any such machine: with the system's linker they would require its version of glibc.
     """
     with ThreadPoolExecutor() as pool:
         binaries_built = pool.submit(build_binaries, platforms.with_own(names))

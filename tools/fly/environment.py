@@ -1,4 +1,4 @@
-"""Python environments in build/ with pinned versions: one for flights and tests, and others by name."""
+"""Python environments in build/ with pinned versions: one for simulations and tests, and others by name."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def ready(name: str = "", requirements: Path = FLIGHTS) -> Environment:
     path = os.pathsep.join(
         [str(ROOT / "tools"), *([os.environ["PYTHONPATH"]] if "PYTHONPATH" in os.environ else [])]
     )
-    # The same whether the user's Python asks or that of another environment here, made of it.
+    # The digest is the same for the user's Python and for that of another environment made from it.
     expected = stamp.digest([requirements, FLIGHTS], sys.version, sys.base_prefix)
     install = ["-m", "pip", "install", "--disable-pip-version-check", "-r", requirements]
     if importlib.util.find_spec("venv") and importlib.util.find_spec("ensurepip"):
@@ -57,7 +57,7 @@ def ready(name: str = "", requirements: Path = FLIGHTS) -> Environment:
         python = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
         _fill(home, python, expected, venv=[sys.executable, "-m", "venv", home], pip=[python, *install])
         return Environment(python, {"PYTHONPATH": path})
-    # A Python that was packaged without venv.
+    # This Python was packaged without venv.
     if importlib.util.find_spec("pip"):
         home, python = BUILD / f"{own}site", Path(sys.executable)
         _fill(home, python, expected, pip=[python, *install, "--target", home])
@@ -66,7 +66,7 @@ def ready(name: str = "", requirements: Path = FLIGHTS) -> Environment:
 
 
 def _fill(home: Path, python: Path, expected: str, **commands: list[str | Path]) -> None:
-    """Fill a folder by commands, each with a log of its name, unless its stamp is fresh and its Python is there."""
+    """Fill a folder with commands, each with a log of its name, unless its stamp is current and its Python exists."""
     mark = home / "stamp"
     if not (stamp.is_fresh(mark, expected) and python.exists()):
         shutil.rmtree(home, ignore_errors=True)

@@ -1,6 +1,6 @@
 """Format what the tests check: Rust, Python, and prose in Markdown of at most 120 columns.
 
-Tools that format Markdown as a whole (mdformat) would rewrite every table of the repository.
+Tools that format all of Markdown (mdformat) would rewrite every table of the repository.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def snapshots() -> int:
 
 
 def wrap_file(path: Path) -> bool:
-    """Wrap the long paragraphs of a file; return whether there were any."""
+    """Wrap the long paragraphs of a file; return True if there were any."""
     text = path.read_text(encoding="utf-8")
     wrapped = wrap(text)
     if wrapped != text:
@@ -70,7 +70,7 @@ def wrap_file(path: Path) -> bool:
 
 
 def wrap(text: str) -> str:
-    """Wrap each paragraph and list item that has a line of more than 120 columns; leave all else as it is."""
+    """Wrap each paragraph and list item with a line of more than 120 columns; leave everything else unchanged."""
     done: list[str] = []
     paragraph: list[str] = []
     in_code = False

@@ -1,4 +1,4 @@
-"""The flights of `run.py fly`: validate, fly in one FMU, fly coupled, compare, plot, print the figures."""
+"""The simulations of `run.py fly`: validate, simulate in one FMU and coupled, compare, plot, print the figures."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def fly_coupled(packages: Packages, loop: Signals) -> Signals:
 
 
 def compare(loop: Signals, coupled: Signals) -> float:
-    """Return the largest difference between the two flights; raise an error above `AGREEMENT`."""
+    """Return the largest difference between the two simulations; raise an error above `AGREEMENT`."""
     differences = record.differences(loop, coupled)
     name, worst = max(differences.items(), key=lambda item: item[1])
     print(
@@ -79,7 +79,7 @@ def compare(loop: Signals, coupled: Signals) -> float:
 
 
 def plot(packages: Packages, squid: Path, vehicle: Path) -> dict:
-    """Draw the flight, and return its figures: `squid plot --help` says what they are."""
+    """Plot the simulation, and return its figures, which `squid plot --help` explains."""
     record_file, drawn = packages.folder / "flight.csv", packages.folder / "flight.svg"
     return json.loads(answer([squid, "plot", record_file, "--vehicle", vehicle, "--out", drawn, "--json"]))
 
@@ -106,7 +106,7 @@ OUTPUTS = (("pitch", 180.0 / math.pi, "deg"), ("depth", 1.0, "m"), ("heading", 1
 
 
 def tracking_lines(figures: dict, name: str, factor: float, unit: str) -> list[tuple[str, str]]:
-    """Return the lines on the error of an output and on its steps."""
+    """Return the lines on the error and the steps of an output."""
     if f"{name}_steps" not in figures:
         return []
     steps, off = figures[f"{name}_steps"], figures[f"{name}_error"]
@@ -119,7 +119,7 @@ def tracking_lines(figures: dict, name: str, factor: float, unit: str) -> list[t
 
 
 def surface_lines(surface: dict | None) -> list[tuple[str, str]]:
-    """Return the line that says when the vehicle reached the surface, if it did."""
+    """Return the line on when the vehicle reached the surface, if it did."""
     if surface is None:
         return []
     reached = f"reached at {surface['time']:.2f} s with {surface['speed']:.2f} m/s"
@@ -154,7 +154,7 @@ def describe(step: dict, settled: float, factor: float, unit: str) -> str:
 
 
 def main() -> int:
-    """Run the flights and return the exit code."""
+    """Run the simulations and return the exit code."""
     parser = argparse.ArgumentParser(prog="fly.flight", description=__doc__)
     parser.add_argument("folder", type=Path, help="folder with the three FMUs")
     parser.add_argument("squid", type=Path, help="the command squid")

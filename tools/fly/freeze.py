@@ -1,6 +1,6 @@
 """The committed generated files: frozen design and model descriptions of Squid, and third-party licences.
 
-They show the results without a build, and their changes in a review. A test checks that they are current.
+They show the results without a build, and changes of the results in a review. A test checks that they are current.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FROZEN = ROOT / "vehicles" / VEHICLE / "frozen"
 
 
 def freeze() -> int:
-    """Regenerate all of them."""
+    """Regenerate all these files."""
     vehicle, out = Path("vehicles") / VEHICLE, FROZEN.relative_to(ROOT)
     with stage("Collecting the licences of the crates compiled in"):
         licences.write()

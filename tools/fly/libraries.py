@@ -1,4 +1,4 @@
-"""The crates that are the shared libraries in the FMUs, and what cargo needs to build them."""
+"""The crates of the shared libraries in the FMUs, and the settings with which cargo builds them."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ BUILD = ("build", "--profile", "fmu", *(word for name in CRATES for word in ("-p
 
 
 def without_paths() -> str:
-    """Return the user's compiler flags and one that keeps the path of cargo's packages out of the binaries.
+    """Return the user's compiler flags with one that keeps the path of cargo's packages out of the binaries.
 
-    The path of this checkout is not among the flags: cargo recompiles everything when a flag changes, so moving
-    the checkout would recompile all. It is not needed, because cargo compiles workspace members by relative paths.
-    The flags are joined as CARGO_ENCODED_RUSTFLAGS requires, so that paths may contain spaces.
+    The path of this checkout is not among the flags: cargo recompiles everything when a flag changes, so moving the
+    checkout would recompile all. It is not needed, because cargo compiles workspace members by relative paths. The
+    flags are joined as CARGO_ENCODED_RUSTFLAGS requires, so that paths may contain spaces.
     """
     home = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo"))
     encoded = os.environ.get("CARGO_ENCODED_RUSTFLAGS")

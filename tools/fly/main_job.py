@@ -17,7 +17,7 @@ DISK_OF_PLATFORMS = 2.0
 
 
 def run(design: package.Design, platform_words: str = "host") -> int:
-    """Build, design, package and fly; return the exit code."""
+    """Build, design, package and simulate; return the exit code."""
     begin = time.monotonic()
     design.check()
     names = platforms.named(platform_words)

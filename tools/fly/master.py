@@ -1,7 +1,7 @@
-"""A small co-simulation master: it exchanges the signals of plant and controller and steps them in turn.
+"""A small co-simulation master, which exchanges the signals of plant and controller and steps them in turn.
 
-At each sample the controller reads the present outputs of the plant, and its commands act over the step that
-follows, without a sample of delay, as in the FMU that contains both.
+At each sample the controller reads the current outputs of the plant, and its commands act during the step that follows,
+without a sample of delay, as in the closed-loop FMU.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ References = Callable[[int, float], Mapping[str, float]]
 
 
 class Slave:
-    """An instance of an FMU with access to variables by name; use it in a `with` statement.
+    """An instance of an FMU with access to variables by name, used as a context manager.
 
-    What it has to say is printed, unless it is quiet.
+    Its messages are printed unless it is quiet.
     """
 
     def __init__(self, fmu: Path, name: str, quiet: bool = False) -> None:
@@ -98,7 +98,7 @@ class Slave:
         return float(self.fmu.getInteger(references)[0])
 
     def limits(self, name: str) -> tuple[float, float]:
-        """Return the least and the largest value of a variable."""
+        """Return the minimum and the maximum of a variable."""
         variable = self.variables[name]
         return float(variable.min), float(variable.max)
 
@@ -120,7 +120,7 @@ def unheard() -> fmi2.fmi2CallbackFunctions:
 
 
 class Recorder:
-    """Records all real outputs of slaves; of two with the same name, that of the first slave."""
+    """Records all real outputs of slaves; for outputs with the same name, that of the first slave."""
 
     def __init__(self, *slaves: Slave) -> None:
         self.plan = []
@@ -145,7 +145,7 @@ class Recorder:
 
 
 def shared(source: Slave, sink: Slave) -> list[str]:
-    """Return what one slave puts out and the other takes in, by name."""
+    """Return the names of the outputs of one slave that are inputs of the other."""
     inputs = set(sink.names("input"))
     return [name for name in source.names("output") if name in inputs]
 
@@ -153,7 +153,7 @@ def shared(source: Slave, sink: Slave) -> list[str]:
 def couple(
     plant: Slave, controller: Slave, references: References, duration: float, sample_time: float
 ) -> Signals:
-    """Fly plant and controller in one loop for a time (s), exchanging signals every `sample_time` (s).
+    """Simulate plant and controller in one loop for a time (s), exchanging signals every `sample_time` (s).
 
     Both are in initialization mode (`Slave.begin`). `references` is called at each sample and acts from that sample.
     """
@@ -195,7 +195,7 @@ def path_speed_of(controller: Slave) -> Callable[[float], float]:
 class Loop:
     """The connections between plant and controller.
 
-    Actuators with gains put out these multiples of what they are commanded, up to their limits.
+    The outputs of actuators with gains are these multiples of their commands, within their limits.
     """
 
     def __init__(self, plant: Slave, controller: Slave, gains: Mapping[str, float] | None = None) -> None:
@@ -215,7 +215,7 @@ class Loop:
         self.speed_reference = 0.0
 
     def inform(self, references: Mapping[str, float]) -> None:
-        """Pass the plant's outputs and the references to the controller; a speed that is given is none of its own."""
+        """Pass the plant's outputs and references to the controller; a prescribed speed is not one of them."""
         measured = self.plant.fmu.getReal(self.measured)
         self.controller.fmu.setReal(self.heard, [*measured, *(references[name] for name in self.wanted)])
         self.speed_reference = references["speed_reference"]
@@ -223,9 +223,8 @@ class Loop:
     def command(self) -> list[float]:
         """Pass the commands to the plant, and return them.
 
-        An LPV plant is linearised about the trim of the reference speed.
-
-        A plant that is given its speed is given the reference.
+        An LPV plant is linearised about the trim of the reference speed. A plant with prescribed speed receives the
+        reference.
         """
         commands = self.controller.fmu.getReal(self.commands)
         if self.gains:

@@ -24,7 +24,7 @@ class Packages:
 
     @classmethod
     def found_in(cls, folder: Path) -> Packages:
-        """Return the FMUs in a folder; `design.json` there, or in the folder of an axis, has their name."""
+        """Return the FMUs in a folder; `design.json` there, or in the folder of an axis, contains their name."""
         found = figures_in(folder)
         if not found:
             raise StageError(f"{folder} has no {FIGURES}; run `squid design` first.")
@@ -39,27 +39,27 @@ class Packages:
 
     @property
     def plant(self) -> Path:
-        """The vehicle."""
+        """FMU of the vehicle."""
         return self.folder / f"{self.vehicle}_plant.fmu"
 
     @property
     def controller(self) -> Path:
-        """The controller."""
+        """FMU of the controller."""
         return self.folder / f"{self.vehicle}_controller.fmu"
 
     @property
     def loop(self) -> Path:
-        """Both in one loop."""
+        """FMU of the closed loop."""
         return self.folder / f"{self.vehicle}.fmu"
 
     @property
     def fmus(self) -> tuple[Path, Path, Path]:
-        """All three."""
+        """All three FMUs."""
         return self.plant, self.controller, self.loop
 
     @property
     def figures(self) -> list[Path]:
-        """The figures of the design, of each axis."""
+        """Files with the figures of the design, one per axis."""
         return figures_in(self.folder)
 
 
@@ -90,25 +90,25 @@ class Design:
 
     @property
     def folder(self) -> Path:
-        """The folder of the main job."""
+        """Folder of the main job."""
         return BUILD / self.vehicle.resolve().name / self.name
 
 
 def report_of(design: Design, folder: Path) -> str:
-    """Return the command that writes the whole report of a design, as it is typed in this directory."""
+    """Return the command that writes the full report of a design, as typed in this directory."""
     which = "" if design.name == "design" else f" --design {design.name}"
     return f"cargo squid report {typed(design.vehicle)}{which} --out {typed(folder)}"
 
 
 def typed(path: Path) -> str:
-    """Return a path as it is typed."""
+    """Return a path as typed in a shell."""
     return shlex.quote(os.path.relpath(path))
 
 
 def design_and_package(design: Design, folder: Path, names: list[str]) -> Packages:
     """Run `squid design` and `squid package`, unless their results exist and nothing has changed since.
 
-    The FMUs run on the host platform and on those named, by their names in FMI.
+    The FMUs support the host platform and those named, by their FMI names.
     """
     sources = design.check()
     binaries = dict.fromkeys([*build.binaries(), *platforms.binaries(names)])

@@ -49,7 +49,7 @@ def named(words: str) -> list[str]:
 def here() -> str | None:
     """Return the FMI name of this machine if Zig links its binaries, and None otherwise.
 
-    It does on Linux, for an old glibc; not where the C library is another one.
+    Zig does so on Linux with glibc, for an old version of it; not with another C library.
     """
     name = HERE.get((sys.platform, platform.machine()))
     return name if sys.platform == "linux" and platform.libc_ver()[0] == "glibc" else None
@@ -62,7 +62,7 @@ def with_own(names: Sequence[str]) -> list[str]:
 
 
 def option(names: Sequence[str]) -> str:
-    """Return the value of `--platforms` of `squid package`; the host platform is always included, for the flights."""
+    """Return the value of `--platforms` of `squid package`; the host is always included, for the simulations."""
     every = with_own(names)
     return ",".join(every if HERE.get((sys.platform, platform.machine())) in every else ["host", *every])
 
@@ -113,5 +113,5 @@ def binaries(names: Sequence[str]) -> list[Path]:
 
 
 def libraries_of(target: str, name: str) -> list[Path]:
-    """Return the paths of the shared libraries of one of Rust's targets, for a platform by its FMI name."""
+    """Return the paths of the shared libraries of a Rust target, for a platform by its FMI name."""
     return libraries.files(libraries.target_directory() / target / "fmu", PATTERNS.get(name, "lib{}.so"))

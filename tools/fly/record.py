@@ -1,4 +1,4 @@
-"""Records of flights as FMPy writes them, and the differences between two."""
+"""Records of simulations as FMPy writes them, and the differences between two."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def read(path: Path) -> Signals:
 
 
 def references_in(loop: Signals) -> References:
-    """Return the references of a flight in one loop; those used at a sample are in the row after it."""
+    """Return the references of a closed-loop simulation; those used at a sample are in the row after it."""
     used = {
         name.removesuffix("_used"): values
         for name, values in loop.items()

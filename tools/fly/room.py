@@ -1,4 +1,4 @@
-"""Check the disk space before the work: on a full disk compilers and tests fail with misleading messages."""
+"""Check the disk space in advance: on a full disk compilers and tests fail with misleading messages."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ENOUGH = 0.5
 
 
 def ask_for(gigabytes: float, temporary: float, what: str) -> None:
-    """Raise an error unless the disk has space for the first run, less what exists already, and for temporary files."""
+    """Raise an error unless the disk has space for the first run, less the existing files, and for temporary files."""
     wanted = {
         ROOT: max(ENOUGH, gigabytes - taken_by(ROOT / "target") - taken_by(BUILD)),
         Path(tempfile.gettempdir()): temporary,

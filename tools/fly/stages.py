@@ -17,7 +17,7 @@ LOGS = BUILD / "logs"
 
 
 class StageError(Exception):
-    """A stage failed; the message says which and why."""
+    """A stage failed; the message says which one and why."""
 
 
 @contextmanager
@@ -62,7 +62,7 @@ def answer(command: Sequence[str | Path]) -> str:
 
 
 def call(words: Sequence[str], **options: Any) -> subprocess.CompletedProcess:
-    """Run a program with options of `subprocess.run`; raise an error where it is not installed."""
+    """Run a program with options of `subprocess.run`; raise an error if it is not installed."""
     sys.stdout.flush()
     try:
         return subprocess.run(words, cwd=ROOT, check=False, **options)

@@ -1,4 +1,4 @@
-"""Stamps: files with the hash of the inputs of a result, so that it is not computed again."""
+"""Stamps: files with a hash of the inputs of a result, so that it is not computed again."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def digest(files: Iterable[Path], *words: str) -> str:
-    """Return the hash of names and contents of files, and of words."""
+    """Return the hash of names and contents of files, and of texts."""
     whole = hashlib.sha256()
     for word in words:
         whole.update(f"{len(word)}:{word};".encode())
@@ -20,7 +20,7 @@ def digest(files: Iterable[Path], *words: str) -> str:
 
 
 def is_fresh(stamp: Path, expected: str) -> bool:
-    """Return whether the stamp has the expected hash."""
+    """Return True if the stamp has the expected hash."""
     return stamp.is_file() and stamp.read_text(encoding="utf-8").strip() == expected
 
 

@@ -1,7 +1,6 @@
 """Join libraries for the processors of macOS into one, as Apple's `lipo` does; the format is that of <mach-o/fat.h>.
 
-cargo-zigbuild 0.24 joins libraries in the order in which cargo finished them: of several crates those that do not
-belong together.
+cargo-zigbuild 0.24 joins libraries in the order in which cargo finished them, which mixes up those of several crates.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ UNOPTIMISED = {"CARGO_PROFILE_RELEASE_OPT_LEVEL": "0", "CARGO_PROFILE_RELEASE_DE
 
 
 def build(platform: str = "host", to: Path = WHEELS, *, optimised: bool = True) -> Path:
-    """Build the wheel for a platform: `host`, for this machine alone, or one by its name in FMI, for any such machine.
+    """Build the wheel for a platform: `host` for this machine alone, or an FMI name for any such machine.
 
     One wheel serves every Python from 3.10 on.
     """
@@ -35,8 +35,8 @@ def build(platform: str = "host", to: Path = WHEELS, *, optimised: bool = True) 
         out,
     ]
     path = os.pathsep.join([str(tools.scripts), os.environ["PATH"]])
-    # Without an interpreter of that platform: what the stable ABI is, the compiler knows.
-    # Stripped, as the FMUs are, dependencies too: for what is not, Zig compiles the C library of Windows once more.
+    # No interpreter of that platform is needed, because the compiler knows the stable ABI. Stripped like the FMUs,
+    # including dependencies: for unstripped libraries Zig compiles the C library of Windows once more.
     flags = "\x1f".join([libraries.without_paths(), "-Cstrip=symbols"])
     variables = {**tools.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": flags}
     variables |= {} if optimised else UNOPTIMISED
@@ -58,10 +58,10 @@ def build(platform: str = "host", to: Path = WHEELS, *, optimised: bool = True) 
 
 
 def windows_tools(maturin: Path) -> dict[str, str | Path]:
-    """Write the commands by which cargo links with Zig for Windows, and return the variables that name them.
+    """Write the commands with which cargo links with Zig for Windows, and return the variables that name them.
 
-    With `--zig` for Windows, maturin 1.16 asks the linker for a function `PyInit_squid_lpv._core`, the name of the
-    module with its package, of every library.
+    With `--zig` for Windows, maturin 1.16 makes the linker look for a function `PyInit_squid_lpv._core`, named after
+    the module with its package, in every library.
     """
     if os.name == "nt":
         raise StageError("on Windows the wheel for it is built with --platforms host")

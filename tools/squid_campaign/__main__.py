@@ -1,7 +1,7 @@
-"""Fly a campaign of many flights on the workers of a Dask cluster.
+"""Simulate a campaign of many flights on the workers of a Dask cluster.
 
-All words but those below are the ones of `squid campaign`, and so are the results, to the bit: workers fly parts of it
-with that command. What is there is not flown again.
+All options except those below are passed to `squid campaign`, and the results equal its results bit for bit: workers
+simulate parts with that command. Existing results are not computed again.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ FIRST_WORKER = 60.0
 
 
 def main() -> int:
-    """Fly what is missing, and print what all results say."""
+    """Simulate the missing flights, and print the statistics of all results."""
     arguments, words = parser().parse_known_args()
-    # What Dask has to say of an error is in our sentence about it.
+    # Dask's log messages about an error are replaced by our message.
     logging.disable()
     squid = Path(arguments.squid)
-    # Another folder is the present one on a worker.
+    # The working directory of a worker differs.
     squid = str(squid.absolute()) if squid.is_file() else arguments.squid
     try:
         with tempfile.TemporaryDirectory() as records:
@@ -67,7 +67,7 @@ def main() -> int:
 
 
 def parser() -> argparse.ArgumentParser:
-    """Return the parser of what is not for `squid campaign`."""
+    """Return the parser of the options that are not for `squid campaign`."""
     here = shutil.which("squid") or str(ROOT / "target" / "release" / "squid")
     top = argparse.ArgumentParser(prog="squid_campaign", description=__doc__, allow_abbrev=False)
     where = top.add_mutually_exclusive_group(required=True)
@@ -86,7 +86,7 @@ def parser() -> argparse.ArgumentParser:
 
 @contextmanager
 def cluster(arguments: argparse.Namespace) -> Iterator[Client]:
-    """Yield a client of the cluster that was asked for."""
+    """Yield a client of the requested cluster."""
     if arguments.scheduler is None and arguments.workers < 1:
         raise CampaignError(f"--workers is {arguments.workers}; it must be at least 1.")
     try:
@@ -112,12 +112,12 @@ def cluster(arguments: argparse.Namespace) -> Iterator[Client]:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Hold Ctrl-C back; processes that are started meanwhile, and theirs, never hear of it: we end them."""
+    """Hold Ctrl-C back; processes started meanwhile, and their children, never receive it: we end them."""
     if not hasattr(signal, "pthread_sigmask"):
-        # Windows has none.
+        # Not available on Windows.
         yield
         return
-    # Otherwise it would be started with the first of them, and that lets Ctrl-C through again.
+    # Otherwise the first process would start it, which lets Ctrl-C through again.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -130,7 +130,7 @@ def uninterrupted() -> Iterator[None]:
 def interruptible() -> Iterator[Callable[[], None]]:
     """Hold the first Ctrl-C back until the function that is yielded is called, which raises it.
 
-    Raised wherever it comes, it may meet a destructor of Dask's, in which Python ignores it. The second one is raised
+    Raised at an arbitrary point, it may hit a destructor of Dask, in which Python ignores it. The second one is raised
     at once.
     """
     pressed = []
@@ -144,13 +144,13 @@ def interruptible() -> Iterator[Callable[[], None]]:
             raise KeyboardInterrupt
 
     before = signal.getsignal(signal.SIGINT)
-    # One that is ignored, as in the background of a shell, stays so.
+    # An ignored signal, as in the background of a shell, stays ignored.
     if before is signal.default_int_handler:
         signal.signal(signal.SIGINT, hear)
     try:
         yield check
     except SystemExit:
-        # The command heard it, too.
+        # The command received it, too.
         check()
         raise
     finally:
@@ -158,11 +158,11 @@ def interruptible() -> Iterator[Callable[[], None]]:
 
 
 def fly_all(client: Client, way: ByCommand | ByFmus, asked: dict) -> None:
-    """Fly the parts that are missing, some at a time, and keep each as soon as it is flown.
+    """Simulate the missing parts, some at a time, and store each as soon as it is finished.
 
-    A part whose worker is lost is flown again by another one, as Dask does.
+    Dask repeats the part of a lost worker on another one.
     """
-    # Workers need not have these.
+    # Workers need not have these modules.
     cloudpickle.register_pickle_by_value(worker)
     cloudpickle.register_pickle_by_value(master)
     name = f"squid-{uuid.uuid4().hex}"
@@ -176,7 +176,7 @@ def fly_all(client: Client, way: ByCommand | ByFmus, asked: dict) -> None:
     running = as_completed()
 
     def fill() -> None:
-        """Let the scheduler know of the next parts."""
+        """Submit further parts to the scheduler."""
         room = AHEAD * max(1, sum(client.nthreads().values())) - len(flying)
         for part in islice(todo, max(0, room)):
             future = client.submit(way.task(name, part), key=f"{name}-{part[0]}")
@@ -198,13 +198,13 @@ def fly_all(client: Client, way: ByCommand | ByFmus, asked: dict) -> None:
 
 
 def flown(future: Future, part: Part) -> bytes:
-    """Return what a worker sent; raise an error where it failed."""
+    """Return the result of a worker; raise an error if it failed."""
     try:
         return future.result()
     except KilledWorker:
         reason = "each worker that was given them was lost"
     except CancelledError:
-        # The scheduler is gone.
+        # The connection to the scheduler is lost.
         raise
     except Exception as error:
         reason = str(error)

@@ -1,4 +1,4 @@
-"""The two ways to fly a part of a campaign on a worker: what is sent to it, and what becomes of what comes back."""
+"""Two ways to simulate a part of a campaign on a worker: the files sent, and the processing of the results."""
 
 from __future__ import annotations
 
@@ -28,29 +28,29 @@ class CampaignError(Exception):
 
 
 class Command:
-    """The command `squid campaign` with the words of the user."""
+    """The command `squid campaign` with the user's arguments."""
 
     def __init__(self, squid: str, words: list[str]) -> None:
         self.squid, self.words = squid, words
 
     def run(self, *more: str, aloud: bool = False) -> str:
-        """Run it with more words, and return what it prints unless that is for the user."""
+        """Run it with further arguments, and return its output unless that is for the user."""
         return self.call("campaign", *self.words, *more, aloud=aloud)
 
     def call(self, *words: str, aloud: bool = False) -> str:
-        """Run `squid` with these words alone."""
+        """Run `squid` with only these arguments."""
         to = None if aloud else subprocess.PIPE
         try:
             done = subprocess.run([self.squid, *words], stdout=to, encoding="utf-8", check=False)
         except OSError as reason:
             raise CampaignError(f"{self.squid}: {reason.strerror}; name the command with --squid.") from None
         if done.returncode != 0:
-            # It has said why.
+            # The command has printed the reason.
             sys.exit(done.returncode)
         return done.stdout or ""
 
     def ask(self, *more: str) -> dict[str, Any]:
-        """Return what is missing and where it belongs; with `--only` also what is drawn."""
+        """Return the missing parts and the directory of the results; with `--only` also the random values."""
         return json.loads(self.run(*more, "--dry-run", "--json"))
 
 
@@ -61,7 +61,7 @@ class ByCommand:
         self.squid, self.asked, self.version = command.squid, asked, command.call("--version")
 
     def files(self) -> dict[str, bytes]:
-        """Return the files that a worker needs: of the vehicle, the design, the sea."""
+        """Return the files that a worker needs: vehicle, design, sea."""
         campaign, design = self.asked["campaign"], Path(self.asked["design"])
         vehicle, sea = Path(campaign["vehicle"]), campaign["sea"]
         names = ("vehicle.toml", f"{campaign['design']}.toml")
@@ -70,7 +70,7 @@ class ByCommand:
         return found | ({"sea.toml": sea.encode()} if sea else {})
 
     def task(self, name: str, part: Part) -> Callable[[], bytes]:
-        """Return what a worker calls: without a name, so that Dask sends its code."""
+        """Return the function that a worker calls, without a name, so that Dask sends its code."""
         campaign = self.asked["campaign"]
         words = ["--design", campaign["design"], "--out", "design", "--seed", str(campaign["seed"])]
         words += ["--points", campaign["points"]]
@@ -81,7 +81,7 @@ class ByCommand:
         return lambda: fly_by_command(name, command, version, part)
 
     def keep(self, part: Part, results: bytes) -> None:
-        """Write the file whole or not at all."""
+        """Write the file completely or not at all."""
         first, last = part
         path = Path(self.asked["to"], f"flights-{first:08}-{last:08}.parquet")
         unfinished = path.with_name(f".squid-{path.name}.part")
@@ -89,7 +89,7 @@ class ByCommand:
             path.parent.mkdir(parents=True, exist_ok=True)
             with unfinished.open("wb") as file:
                 file.write(results)
-                # Some file systems say no sooner than this that they are full.
+                # Some file systems report only here that they are full.
                 file.flush()
                 os.fsync(file.fileno())
             unfinished.replace(path)
@@ -99,13 +99,13 @@ class ByCommand:
 
 
 class ByFmus:
-    """A worker flies the FMUs, and sends records; the command judges them, here."""
+    """A worker simulates the FMUs, and sends records, which the command evaluates on this machine."""
 
     def __init__(self, command: Command, asked: dict[str, Any], records: Path) -> None:
         self.command, self.asked, self.records = command, asked, records
 
     def files(self) -> dict[str, bytes]:
-        """Return the FMUs; raise an error where they are not of the design."""
+        """Return the FMUs; raise an error if they do not belong to the design."""
         folder = Path(self.asked["design"])
         packages = Packages.found_in(folder)
         remedy = "run `squid package` for this design first."
@@ -113,7 +113,7 @@ class ByFmus:
             designed = (folder / "controller.json").read_bytes()
             with zipfile.ZipFile(packages.controller) as archive:
                 inside = archive.getinfo("resources/controller.json")
-                # No more than its size is read.
+                # No more than the file's size is read.
                 same = inside.file_size == len(designed) and archive.read(inside) == designed
             fmus = {PLANT: packages.plant.read_bytes(), CONTROLLER: packages.controller.read_bytes()}
         except OSError as reason:
@@ -127,12 +127,12 @@ class ByFmus:
         return fmus
 
     def task(self, name: str, part: Part) -> Callable[[], bytes]:
-        """Return what a worker calls: without a name, so that Dask sends its code."""
+        """Return the function that a worker calls, without a name, so that Dask sends its code."""
         drawn = self.command.ask("--only", "{}-{}".format(*part))["drawn"]
         return lambda: fly_fmus(name, drawn)
 
     def keep(self, part: Part, results: bytes) -> None:
-        """Have the records judged, which writes the file of results."""
+        """Let the command evaluate the records, which writes the file of results."""
         with zipfile.ZipFile(io.BytesIO(results)) as archive:
             size = sum(record.file_size for record in archive.infolist())
             if size > LARGEST:

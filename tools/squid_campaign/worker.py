@@ -1,4 +1,4 @@
-"""What a worker does. It need not have this package: Dask sends it."""
+"""Code that runs on a worker, which need not have this package: Dask sends it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ WATCHED = ["pitch", "speed", "depth", "distance"]
 
 
 class Files(WorkerPlugin):
-    """The files of a campaign, in a folder on each worker that is there or will be."""
+    """The files of a campaign, in a folder on each present or future worker."""
 
     def __init__(self, name: str, files: dict[str, bytes]) -> None:
         self.name, self.files = name, files
@@ -38,7 +38,7 @@ class Files(WorkerPlugin):
             path.write_bytes(content)
 
     def teardown(self, worker: Worker) -> None:
-        """Remove them."""
+        """Remove the files."""
         shutil.rmtree(Path(worker.local_directory, self.name), ignore_errors=True)
 
 
@@ -48,7 +48,7 @@ def folder_of(name: str) -> Path:
 
 
 def fly_by_command(name: str, command: Sequence[str], version: str, part: tuple[int, int]) -> bytes:
-    """Fly a part of a campaign with a version of the command `squid`, and return the file of its results."""
+    """Simulate a part of a campaign with a version of the command `squid`, and return the file of its results."""
     folder = folder_of(name)
     found = printed([command[0], "--version"], folder)
     if found != version:
@@ -60,7 +60,7 @@ def fly_by_command(name: str, command: Sequence[str], version: str, part: tuple[
 
 
 def printed(words: Sequence[str], folder: Path) -> str:
-    """Run a command in a folder, on one core, and return what it prints."""
+    """Run a command in a folder, on one core, and return its output."""
     variables = {**os.environ, "RAYON_NUM_THREADS": "1"}
     try:
         done = subprocess.run(
@@ -74,7 +74,7 @@ def printed(words: Sequence[str], folder: Path) -> str:
 
 
 def fly_fmus(name: str, flights: Sequence[dict]) -> bytes:
-    """Fly flights with the FMUs of plant and controller, and return their records in an archive."""
+    """Simulate flights with the FMUs of plant and controller, and return their records in an archive."""
     folder, archive = folder_of(name), io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as records:
         for drawn in flights:
@@ -83,10 +83,10 @@ def fly_fmus(name: str, flights: Sequence[dict]) -> bytes:
 
 
 def record(folder: Path, drawn: dict) -> str:
-    """Fly the numbers drawn for a flight, and return its record as CSV.
+    """Simulate a flight with its random values, and return its record as CSV.
 
-    It has no rows where the plant finds no trim to begin in or is out of the waves there, and ends early where numbers
-    grow beyond all bounds.
+    The record has no rows if the plant finds no initial trim or starts out of the waves, and ends early if numbers grow
+    without bound.
     """
     rows: list[list[float]] = []
     try:
@@ -98,7 +98,7 @@ def record(folder: Path, drawn: dict) -> str:
             followed = [f"{name}_used" for name in wanted_by(controller)]
             fly(plant, controller, drawn, rows)
     except FMICallException as error:
-        # A number that is refused on the way has grown beyond all bounds.
+        # A number that is refused during the simulation has grown without bound.
         if not rows and error.function.startswith("fmi2Set"):
             raise
     head = ["time", *WATCHED, *followed, *actuators]
@@ -106,7 +106,7 @@ def record(folder: Path, drawn: dict) -> str:
 
 
 def fly(plant: Slave, controller: Slave, drawn: dict, rows: list[list[float]]) -> None:
-    """Fly plant and controller in one loop, as the native loop does, and add a row for each tick."""
+    """Simulate plant and controller in one loop, as the native loop does, and add a row for each tick."""
     manoeuvre = drawn["manoeuvre"]
     sample_time = float(controller.variables["sample_time"].start)
     ticks = [k * sample_time for k in range(round(manoeuvre["duration"] / sample_time) + 1)]
@@ -137,7 +137,7 @@ def path_speeds(manoeuvre: dict, times: NDArray[np.float64]) -> NDArray[np.float
 
 
 def wanted_by(controller: Slave) -> list[str]:
-    """Return the references of the record: pitch and speed in any case, and the depth that a controller follows."""
+    """Return the references of the record: always pitch and speed, and depth if the controller tracks it."""
     depth = ["depth_reference"] if "depth_reference" in controller.variables else []
     return ["pitch_reference", *depth, "speed_reference"]
 
@@ -145,12 +145,12 @@ def wanted_by(controller: Slave) -> list[str]:
 def references(
     controller: Slave, manoeuvre: dict, times: NDArray[np.float64], depth: float
 ) -> list[dict[str, float]]:
-    """Return the references at each time, by the controller's trims and the depth (m) of the start."""
+    """Return the references at each time, from the controller's trims and the initial depth (m)."""
     design = controller.folder / "resources" / "controller.json"
     trim = json.loads(design.read_text(encoding="utf-8"))["trim"]
     speeds = np.interp(path_speeds(manoeuvre, times), trim["speed"], trim["forward_speed"])
     pitches = np.interp(speeds, trim["forward_speed"], trim["signals"]["pitch"])
-    # A rounded k T is not before the step.
+    # A time k T rounded down is not before the step.
     stepped = (times + 1e-9 >= manoeuvre["step_time"]) & (times + 1e-9 < manoeuvre["step_end"])
     steps = manoeuvre["steps"]
     pitches = pitches + steps.get("pitch", 0.0) * stepped

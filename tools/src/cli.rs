@@ -1,4 +1,4 @@
-//! The command line: verbs and options, with their help.
+//! Command line: verbs and options, with their help.
 
 use crate::error::Error;
 use crate::verbs::lpv::LpvVerb;
@@ -19,22 +19,23 @@ use squid_scheduled::DEFAULT_DESIGN;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// From the coefficients of an underwater vehicle to a scheduled controller of pitch or depth and to FMUs for any
-/// simulation tool.
+/// Design, prove and simulate gain-scheduled autopilots of underwater vehicles, and pack them as FMUs
 ///
 /// A vehicle is a directory with vehicle.toml (its coefficients) and design.toml (the requirements on the controller).
+/// The result is a controller of pitch, depth or heading that is scheduled with speed, as FMUs for any simulation tool
+/// and as C source.
 #[derive(Debug, Parser)]
 #[command(name = "squid", version, after_long_help = FIRST_RUN)]
 pub struct Cli {
     #[command(subcommand)]
-    /// What to do.
+    /// Verb to run.
     pub verb: Verb,
-    /// Print one JSON object and nothing else, also when a file is wrong
+    /// Print the result as one JSON object and nothing else, also on errors
     #[arg(long, global = true)]
     pub json: bool,
 }
 
-/// The end of `--help`, each example on a separate line.
+/// End of `--help`, with one example per line.
 const FIRST_RUN: &str = "\
 A first run:
   squid show vehicles/squid --speed 1
@@ -53,157 +54,156 @@ pub enum Verb {
     /// Design a controller: trim, linearise, fit, LFT, augment, synthesise, check, freeze
     ///
     /// Prints each stage with its key figure and writes controller.json, plant.json, manoeuvre.json and design.json. A
-    /// controller that fails a check is not written. One whose gain bound is not proved is written for inspection, and
-    /// the exit code is 1. The verdict at the end compares it with `[require]` of the design file; for each missed
-    /// requirement it names the weight to change, and the direction.
+    /// controller that fails a check is not written. A controller whose gain bound is not proved is written for
+    /// inspection, with exit code 1. The verdict at the end compares the design with `[require]` of the design file;
+    /// for each missed requirement it names the weight to change, and in which direction.
     Design {
         #[command(flatten)]
         which: Which,
         #[command(flatten)]
-        asked: Design,
+        options: Design,
     },
-    /// Prove a given controller of an axis, a PID with gains over speed, on the weights of a design
+    /// Prove a given controller of one axis, such as a PID with scheduled gains, on the weights of a design
     ///
-    /// Prints the growth and the gain of the frozen loops, the gain that is proved for any trajectory of the speed, the
-    /// sampled gain, margins, mu, noise, flights of the declared uncertainty, what a controller of full order reaches
-    /// on the same weights, and the verdict of `[require]`. Writes nothing: with the same `[controller]` in a design
-    /// file `squid design` does, and FMUs and C follow. docs/pid.md explains the file. Refused are a loop that is
-    /// unstable at a constant speed, gains in other units, of the wrong sign or on what is not measured, an integrator
-    /// without gain, and a design of heading.
+    /// Prints the slowest mode and the largest gain of the frozen loops, the gain proved for any trajectory of the
+    /// speed, the gain of the sampled loop, margins, mu, noise, simulations of the declared uncertainty, the gain of a
+    /// full-order controller on the same weights, and the verdict on `[require]`. Writes nothing: to get FMUs and C
+    /// source, copy the `[controller]` into a design file and use `squid design`. docs/pid.md explains the format.
+    /// Refused are loops that are unstable at a constant speed, gains with wrong units or signs or on signals that are
+    /// not measured, and an integrator without gain.
     Prove(Prove),
-    /// Gains of pitch, depth and speed in the file of an autopilot, DUNE, ArduSub, mvp or MSS, as `[controller]`, and
-    /// back; not those of heading
+    /// Convert PID gains between `[controller]` and the files of DUNE, ArduSub, mvp or MSS
     #[command(subcommand)]
     Gains(GainsVerb),
-    /// Search the weights for a fast, quiet design that meets what `[require]` asks, and write it as a design file
+    /// Search the weights for a fast, quiet design that meets `[require]`, and write it as a design file
     ///
-    /// Short rise times count most, then little noise on the commands and a large delay margin. Changes frequencies and
-    /// bandwidths of `[[track]]`, noise of `[[measure]]`, weight and disturbance of `[control]`, and lowers `follow`
-    /// once if no design meets the requirements; everything else in the file stays, comments too. A design file that
-    /// does not exist is created from the vehicle, with a suitable range of speed. The same files give the same design
-    /// on any machine. Exit code 5 if the best design misses a requirement; the file is written nevertheless.
+    /// Short rise times count most, then low noise on the commands and a large delay margin. The search changes
+    /// frequencies and bandwidths of `[[track]]`, noise of `[[measure]]`, and weight and disturbance of `[control]`,
+    /// and lowers `follow` once if no design meets the requirements; everything else in the file is preserved,
+    /// including comments. A design file that does not exist is created from the vehicle, with a suitable speed range.
+    /// The result is the same on any machine. Exit code 5 if the best design misses a requirement; the file is written
+    /// nevertheless.
     Tune {
-        /// The vehicle's directory
+        /// Directory of the vehicle
         vehicle: PathBuf,
-        /// The initial design: NAME.toml in the vehicle's directory, created if it does not exist
+        /// Initial design: NAME.toml in the vehicle's directory, created if it does not exist
         #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
         design: String,
-        /// The axis of a design file with several, by what it steers; by default each in turn
+        /// Axis to tune, named by the quantity it steers, if the design file has several; by default each in turn
         #[arg(long, value_name = "NAME")]
         axis: Option<String>,
-        /// What a design file that is created tracks alone: pitch and speed, or heading, at the speeds of design.toml
-        /// if there is one. By default all that the vehicle can steer, each as an axis. None is created that tracks
-        /// depth: write `[[track]]` of depth into one of pitch, see docs/guide.md
+        /// Reference to track in a design file that is created: pitch (with speed) or heading, at the speeds of
+        /// design.toml if it exists. By default every quantity that the vehicle can steer, one axis each. To track
+        /// depth, add `[[track]]` of depth to a pitch design; see docs/guide.md
         #[arg(long, value_enum, value_name = "OUTPUT", conflicts_with = "controller")]
         track: Option<Track>,
-        /// The design to write: NAME.toml in the vehicle's directory; by default `tuned`, or the created one
+        /// Design to write: NAME.toml in the vehicle's directory; by default `tuned`, or the file that was created
         #[arg(long, value_name = "NAME", value_parser = design_name)]
         to: Option<String>,
-        /// The largest number of designs; the search ends earlier if a round gains less than 1 %
+        /// Largest number of designs; the search ends earlier once a round improves by less than 1 %
         #[arg(long, value_name = "COUNT", default_value_t = 100, conflicts_with = "controller")]
         designs: usize,
-        /// Tune the gains of a PID for the weights of the design instead, and write the design with `[controller]`
+        /// Tune the gains of a PID instead, for the weights of the design, and write the design with `[controller]`
         ///
-        /// The gains are those of smallest gain of the loop at frozen speeds, and from there of smallest proved gain
-        /// for any trajectory of the speed: `[require]` does not steer them, but the verdict follows. A `[controller]`
-        /// in the design file gives form and first gains; docs/pid.md explains it. The search is local: another start
-        /// may end in other gains.
+        /// Minimises the gain of the loop at frozen speeds, then the proved gain for any trajectory of the speed.
+        /// `[require]` does not affect the search; the verdict is reported at the end. A `[controller]` in the design
+        /// file sets structure and initial gains; see docs/pid.md. The search is local: another start may give other
+        /// gains.
         #[arg(long, value_enum, value_name = "KIND")]
         controller: Option<TunedController>,
-        /// The gains of the PID as polynomials of this degree in the speed: 0 or 1
+        /// Degree of the PID gains as polynomials in the speed: 0 or 1
         #[arg(long, value_name = "DEGREE", default_value_t = 0, requires = "controller",
             value_parser = clap::value_parser!(u8).range(0..=1))]
         degree: u8,
     },
-    /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and an SSP that connects the
-    /// first two
+    /// Pack a design as FMUs: vehicle, autopilot, and both in closed loop; and an SSP that connects the first two
     ///
-    /// Reads the output of `squid design`. Refuses it when a file has changed since, and when the proof of the gain
-    /// bound fails. Of a design with several axes each is proved, and with one of heading the vehicle is that in six
+    /// Reads the output of `squid design`. Refuses a design whose input files have changed since, or whose gain bound
+    /// is not proved. If the design has several axes, each is proved; with a heading axis the vehicle moves in six
     /// degrees of freedom.
     Package {
         #[command(flatten)]
         which: Which,
         #[command(flatten)]
-        asked: Packing,
+        options: Packing,
     },
-    /// Write the controller of a design as source for the computer of a vehicle
+    /// Export the controller of a design as C source for the vehicle's computer
     ///
-    /// Reads the output of `squid design`. Writes NAME.h and NAME.c, of several axes beside a folder with those of
-    /// each: C99 that needs only the mathematical library (-lm), and that only if a thruster has `T_nn` or heave is
-    /// measured; the header says so. Writes controller.json and certificate.json, too, for `squid verify --c`. Refuses
+    /// Reads the output of `squid design`. Writes NAME.h and NAME.c in C99; if there are several axes, also a folder
+    /// with the source of each. The source needs the math library (-lm) only if a thruster has `T_nn` or heave is
+    /// measured; the header says so. Also writes controller.json and certificate.json, for `squid verify --c`. Refuses
     /// what `squid package` refuses.
     Export {
         #[command(flatten)]
         which: Which,
         #[command(flatten)]
-        asked: Export,
+        options: Export,
     },
-    /// Simulate a design: its manoeuvre, steps over the range of speed, the open-loop vehicle
+    /// Simulate a design: its manoeuvre, steps over the speed range, and the open-loop vehicle
     ///
-    /// Designs first if there is no design yet. Writes records (CSV) and plots (SVG). A design with an axis of heading
-    /// beside one of pitch or depth also flies in six degrees of freedom: turns at six speeds, while pitch or depth
-    /// step.
+    /// Designs first if there is no design yet. Writes records (CSV) and plots (SVG). A design with a heading axis in
+    /// addition to pitch or depth is also simulated in six degrees of freedom: turns at six speeds, combined with steps
+    /// of pitch or depth.
     Simulate {
         #[command(flatten)]
         which: Which,
-        /// Simulate the manoeuvre in the waves, the current and with the sensor errors of this file, and in still
-        /// water for comparison; of several axes, the turns in it; vehicles/sea.toml explains each key
+        /// Simulate with the waves, current and sensor errors of this file, and in still water for comparison; with
+        /// several axes also the turns. vehicles/sea.toml explains each key
         #[arg(long, value_name = "FILE")]
         sea: Option<PathBuf>,
-        /// The turn, deg, to starboard; by default 60
+        /// Turn angle, deg, positive to starboard; by default 60
         #[arg(long, value_name = "DEG", allow_negative_numbers = true, conflicts_with = "axis")]
         turn: Option<f64>,
-        /// The steady current of the turns, m/s: north, the way the vehicle faces at the start, and east; added to
-        /// that of --sea
+        /// Steady current during the turns, m/s: north (the initial heading of the vehicle) and east; added to that of
+        /// --sea
         #[arg(long, value_name = "NORTH,EAST", value_parser = pair, allow_hyphen_values = true,
             conflicts_with = "axis")]
         current: Option<[f64; 2]>,
     },
-    /// Simulate a design many times: random vehicles of the declared uncertainty, speeds, steps up and down, seas
+    /// Simulate a design many times with random vehicles of the declared uncertainty, speeds, steps and seas
     ///
-    /// Each flight is the default manoeuvre, between two random speeds of its range. Results are Parquet files with
-    /// one row per flight, which pandas and polars read as one table, and campaign.html; if the command is repeated,
-    /// only missing flights are simulated. A flight depends only on its number and the seed: neither the number of
-    /// cores nor interruptions change a bit. Designs first if there is no design yet. A campaign proves nothing.
-    /// `python -m squid_campaign` runs it on many machines.
+    /// Each flight is the default manoeuvre between two random speeds of the speed range, with a step up or down. The
+    /// results are Parquet files with one row per flight, which pandas and polars read as one table, and campaign.html.
+    /// If the command is repeated, only missing flights are simulated. A flight depends only on its number and the
+    /// seed: neither the number of cores nor interruptions change a bit. Designs first if there is no design yet. A
+    /// campaign does not prove anything. `python -m squid_campaign` distributes a campaign over many machines.
     Campaign {
         #[command(flatten)]
         which: Which,
         #[command(flatten)]
-        asked: Campaign,
+        options: Campaign,
     },
     /// Simulate one flight of a campaign again, and plot it
     ///
     /// Writes flight-N.csv and flight-N.svg next to the results, and prints whether the figures equal those in the
-    /// results to the bit.
+    /// results bit for bit.
     Replay {
-        /// The directory of the results
+        /// Directory of the results
         results: PathBuf,
-        /// The number of the flight
+        /// Number of the flight
         #[arg(long, value_name = "NUMBER")]
         flight: u64,
     },
-    /// Write the report: steps, margins, loops, mu and more of this design
+    /// Write the report on a design: steps, margins, loops, mu and more
     ///
-    /// One page, report.html, that needs no network, and each figure as figures/NAME.svg. Designs first if there is no
+    /// Writes a self-contained page, report.html, and each figure as figures/NAME.svg. Designs first if there is no
     /// design yet.
     Report {
         #[command(flatten)]
         which: Which,
-        /// Add sections on the paper by Sutarto and Budiyono (2011) and on its claims: the criterion for each, and
+        /// Add sections on the paper by Sutarto and Budiyono (2011): each of its claims, the criterion for it, and
         /// whether this vehicle confirms it
         #[arg(long)]
         paper: bool,
-        /// Add simulations in the waves, the current and with the sensor errors of this file; see vehicles/sea.toml
+        /// Add simulations with the waves, current and sensor errors of this file; see vehicles/sea.toml
         #[arg(long, value_name = "FILE")]
         sea: Option<PathBuf>,
-        /// Add a table with another design of the vehicle beside this one, NAME.toml in its directory: sizes, what is
-        /// proved, flights, verdict. Several with one --beside each. Designs it first if it is not designed yet
+        /// Compare with another design of the vehicle, NAME.toml in its directory, in a table of sizes, proved gains,
+        /// simulations and verdicts; designs it first if necessary. May be repeated
         #[arg(long, value_name = "NAME", value_parser = design_name)]
         beside: Vec<String>,
     },
-    /// Show the trim, A, B and eigenvalues at a speed; the fit and its residuals; the controller's poles
+    /// Show trim, A, B and eigenvalues at a speed; the fit and its residuals; the poles of the controller
     ///
     /// `--speed` alone needs no design file: if design.toml does not exist or does not fit the vehicle, the trim is at
     /// the depth for which the buoyancy is given.
@@ -211,25 +211,25 @@ pub enum Verb {
         #[command(flatten)]
         which: Which,
         #[command(flatten)]
-        asked: Show,
+        options: Show,
     },
-    /// Prove the gain bound of an FMU, of a source in C, or of a certificate.json, in exact arithmetic
+    /// Prove the gain bound of an FMU, a C source or a certificate.json in exact arithmetic
     ///
-    /// Every number is read as an exact rational number; nothing is rounded, and no code is shared with the synthesis.
-    /// For an FMU it also checks that the proof is about the controller in it, and that its resources belong to its
-    /// GUID; of one with two axes it proves both. With --vehicle it computes again that plant, scales, trims and limits
-    /// are those of the vehicle's files: all that is required before an FMU is packed. Without it, claims are in the
-    /// certificate's own units. Binaries are compared with those that this squid packs, and with --vehicle the page, if
-    /// the design is stored beside the FMU; what is not identical is named, and not examined.
+    /// Every number is read as an exact rational number, nothing is rounded, and no code is shared with the synthesis.
+    /// For an FMU it also checks that the proof belongs to the controller in it, and that its resources match its GUID;
+    /// if there are two axes, both are proved. With --vehicle it recomputes plant, scales, trims and limits from the
+    /// vehicle's files: all that is required before an FMU is packed. Without it, claims are in the certificate's own
+    /// units. Binaries are compared with those that this version of squid packs and, with --vehicle, also the
+    /// documentation page if the design is stored next to the FMU; files that differ are listed, and not examined.
     Verify(Verify),
-    /// LPV synthesis for any plant in a JSON file, with no vehicle
+    /// Synthesis and analysis of LPV systems in JSON files, without a vehicle
     #[command(subcommand)]
     Lpv(LpvVerb),
-    /// Write a commented vehicle to start from: DIRECTORY/vehicle.toml and design.toml
+    /// Create a commented vehicle to start from: DIRECTORY/vehicle.toml and design.toml
     New {
-        /// The new directory, which must not exist; its name is that of the vehicle
+        /// New directory, which must not exist; its name becomes that of the vehicle
         directory: PathBuf,
-        /// The vehicle to start from
+        /// Vehicle to start from
         #[arg(long, value_enum, default_value = "squid")]
         like: Like,
     },
@@ -241,27 +241,27 @@ pub enum Verb {
     ///
     /// For instance `squid completions bash > ~/.local/share/bash-completion/completions/squid`.
     Completions {
-        /// The shell
+        /// Name of the shell
         shell: Shell,
     },
     /// Write manual pages, one for each verb
     Man {
-        /// The directory for squid.1 and the others
+        /// Directory for squid.1 and the others
         directory: PathBuf,
     },
-    /// Plot the record of a flight, a CSV file such as `fmpy simulate squid.fmu --output-file` writes
+    /// Plot the record of a simulation, a CSV file such as `fmpy simulate squid.fmu --output-file` writes
     ///
-    /// --json prints the figures of the flight, in s, rad, m/s and fractions: pitch_steps with overshoot, rise_time,
-    /// settling_time (null: never settled) and steady_error, pitch_error, speed_error, actuator_use, surface; and the
-    /// same of depth and heading, of a flight with a reference of them. A reference of these that is limited in rate
-    /// counts as a step to where it ends.
+    /// With --json it prints the figures of the simulation in s, rad, m/s and fractions: pitch_steps with overshoot,
+    /// rise_time, settling_time (null: never settled) and steady_error, pitch_error, speed_error, actuator_use,
+    /// surface; and the same for depth and heading if the record has a reference of them. A reference of depth or
+    /// heading that is limited in rate counts as a step to its final value.
     Plot {
-        /// The record: a column `time`, then one for each variable
+        /// Record: a column `time`, then one for each variable
         record: PathBuf,
-        /// The vehicle's directory; its actuators are plotted, too
+        /// Directory of the vehicle, to plot its actuators too
         #[arg(long, value_name = "DIR")]
         vehicle: Option<PathBuf>,
-        /// The SVG file to write; by default beside the record
+        /// SVG file to write; by default next to the record
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
@@ -270,18 +270,18 @@ pub enum Verb {
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Default, Args)]
 pub struct Design {
-    /// Also show gamma under each assumption about the speed: frozen, slow, arbitrarily fast
+    /// Show gamma also for each assumption about the speed: frozen, slow, arbitrarily fast
     #[arg(long)]
     pub ladder: bool,
-    /// Look for a controller that tolerates more of the declared uncertainty, and compare the two (a minute; tens
-    /// of minutes where it misses a requirement and --no-advise is not given)
+    /// Look for a controller that tolerates more of the declared uncertainty, and compare the two (takes a minute; tens
+    /// of minutes if it misses a requirement and --no-advise is not given)
     #[arg(long)]
     pub robust: bool,
-    /// Also prove a gain for every constant value of the declared uncertain coefficients, for a speed that changes in
-    /// any way, or with `--constant=0.1` by at most 0.1 m/s^2 (half a minute to minutes)
+    /// Prove a gain also for every constant value of the declared uncertain coefficients, while the speed changes in
+    /// any way or, with `--constant=0.1`, by at most 0.1 m/s^2 (takes half a minute to minutes)
     #[arg(long, value_name = "M/S^2", num_args = 0..=1, require_equals = true, value_parser = rate)]
     pub constant: Option<Option<f64>>,
-    /// Do not search for the key to change when a requirement is missed; the search takes a design per key
+    /// Do not search for the key to change if a requirement is missed; the search takes one design per key
     #[arg(long)]
     pub no_advise: bool,
     /// Exit with code 5 if a requirement is missed
@@ -289,7 +289,7 @@ pub struct Design {
     pub strict: bool,
 }
 
-/// What a design file tracks that `squid tune` creates.
+/// References that a design file created by `squid tune` can track.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Track {
     /// Pitch and speed, by surge, heave and pitch
@@ -298,25 +298,25 @@ pub enum Track {
     Heading,
 }
 
-/// What `squid tune` tunes instead of weights.
+/// Structures that `squid tune` can tune instead of weights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum TunedController {
-    /// The gains of a PID
+    /// Gains of a PID
     Pid,
 }
 
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Args)]
 pub struct Prove {
-    /// The vehicle's directory, for instance vehicles/remus100
+    /// Directory of the vehicle, for instance vehicles/remus100
     pub vehicle: PathBuf,
-    /// The design whose range of speed, weights and measurements are used: NAME.toml in the vehicle's directory
+    /// Design that provides speed range, weights and measurements: NAME.toml in the vehicle's directory
     #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
     pub design: String,
-    /// The axis of a design file with several, by what it steers
+    /// Axis of the controller, named by the quantity it steers, if the design file has several
     #[arg(long, value_name = "NAME")]
     pub axis: Option<String>,
-    /// A file with `[controller]` alone; by default that of the design file
+    /// File with `[controller]` only; by default that of the design file
     #[arg(long, value_name = "FILE")]
     pub controller: Option<PathBuf>,
     /// Exit with code 5 if a requirement is missed
@@ -327,19 +327,19 @@ pub struct Prove {
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Args)]
 pub struct Export {
-    /// The language
+    /// Programming language
     #[arg(long, value_enum, default_value = "c")]
     pub language: Language,
-    /// The type of all numbers
+    /// Type of all numbers
     #[arg(long, value_enum, default_value = "double")]
     pub real: Real,
-    /// The directory for the source; by default `c` in that of the design
+    /// Directory for the source; by default `c` in the directory of the design
     #[arg(long, value_name = "DIR")]
     pub to: Option<PathBuf>,
-    /// Write a controller without proof; the source then says that it is uncertified
+    /// Export a controller without proof; the source then says that it is uncertified
     #[arg(long)]
     pub allow_uncertified: bool,
-    /// Print also what is proved as a mathematical statement, as in the file
+    /// Print the mathematical statement that is proved as well, as in the file
     #[arg(long)]
     pub verbose: bool,
 }
@@ -347,27 +347,27 @@ pub struct Export {
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Args)]
 pub struct Verify {
-    /// A controller's FMU, the FMU of the whole loop, or a certificate
+    /// FMU of a controller, FMU of the closed loop, or certificate
     #[arg(required_unless_present = "c")]
     pub file: Option<PathBuf>,
-    /// Verify a C source written by `squid export` instead of FILE, with the other files in its directory: every
-    /// number must follow from the controller of the certificate
+    /// Verify a C source written by `squid export` instead of FILE, with the other files in its directory: every number
+    /// must follow from the controller of the certificate
     #[arg(long, value_name = "FILE", conflicts_with = "file")]
     pub c: Option<PathBuf>,
-    /// The vehicle's directory, to check that the file is of this vehicle's design
+    /// Directory of the vehicle, to check that the file belongs to its design
     #[arg(long, value_name = "DIR")]
     pub vehicle: Option<PathBuf>,
-    /// The design: a file NAME.toml in the vehicle's directory
+    /// Design: NAME.toml in the vehicle's directory
     #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, requires = "vehicle")]
     #[arg(value_parser = design_name)]
     pub design: String,
-    /// The axis that the file is of, if it is of one of several: by what it steers
+    /// Axis to which the file belongs, named by the quantity it steers, if the design file has several
     #[arg(long, value_name = "NAME", requires = "vehicle")]
     pub axis: Option<String>,
-    /// The bandwidth that replaced w_b of every tracking weight, rad/s
+    /// Bandwidth that replaced w_b of every tracking weight, rad/s
     #[arg(long, value_name = "RAD/S", requires = "vehicle", allow_negative_numbers = true)]
     pub bandwidth: Option<f64>,
-    /// Print also what is proved as a mathematical statement, as in the file
+    /// Print the mathematical statement that is proved as well, as in the file
     #[arg(long)]
     pub verbose: bool,
 }
@@ -375,16 +375,16 @@ pub struct Verify {
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Args)]
 pub struct Show {
-    /// Trim, A, B and eigenvalues at this speed along the path, m/s
+    /// Show trim, A, B and eigenvalues at this speed along the path, m/s
     #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
     pub speed: Option<f64>,
-    /// The polynomial fit and its residuals
+    /// Show the polynomial fit and its residuals
     #[arg(long)]
     pub fit: bool,
-    /// The controller and its poles: the stored one, or a new design if the default directory has none
+    /// Show the controller and its poles: the stored one, or a new design if the default directory has none
     #[arg(long)]
     pub controller: bool,
-    /// The uncertain parameters, their channels in the LFT, and the model's errors
+    /// Show the uncertain parameters, their channels in the LFT, and the errors of the model
     #[arg(long)]
     pub uncertainty: bool,
 }
@@ -392,87 +392,88 @@ pub struct Show {
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Args)]
 pub struct Campaign {
-    /// The number of flights
+    /// Number of flights
     #[arg(long, value_name = "COUNT", default_value_t = 1000)]
     pub flights: u64,
-    /// Simulate in the waves, the current and with the sensor errors of this file; see vehicles/sea.toml
+    /// Simulate with the waves, current and sensor errors of this file; see vehicles/sea.toml
     #[arg(long, value_name = "FILE")]
     pub sea: Option<PathBuf>,
     /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// How vehicles are sampled from the declared uncertainty
+    /// Distribution of the vehicles over the declared uncertainty
     #[arg(long, value_enum, default_value_t = Where::Uniform)]
     pub points: Where,
-    /// The largest initial deviations from trim, such as pitch=10deg,heave=0.1m/s; of pitch, speed, depth, pitch_rate
-    /// and heave. By default flights start in trim
+    /// Largest initial deviations from trim, such as pitch=10deg,heave=0.1m/s; allowed are pitch, speed, depth,
+    /// pitch_rate and heave. By default flights start in trim
     #[arg(long, value_name = "LIST")]
     pub starts: Option<Starts>,
-    /// The directory of the results; by default `campaign` in that of the design
+    /// Directory of the results; by default `campaign` in the directory of the design
     #[arg(long, value_name = "DIR")]
     pub to: Option<PathBuf>,
     /// Write the trajectory of each flight, not only of the ten worst: trajectories/flight-N.parquet
     #[arg(long)]
     pub trajectories: bool,
-    /// Do not compute the guaranteed gain of the uncertain model and the gains of the first hundred vehicles, which
-    /// takes some seconds
+    /// Skip the guaranteed gain of the uncertain model and the gains of the first hundred vehicles, which take some
+    /// seconds
     #[arg(long)]
     pub no_bound: bool,
-    /// Simulate only these flights, whatever their number is, and write no page: a part of a campaign
-    #[arg(long, value_name = "FIRST-LAST", value_parser = neighbours)]
+    /// Simulate only these flights, regardless of --flights, and write no page: one part of a campaign
+    #[arg(long, value_name = "FIRST-LAST", value_parser = flight_range)]
     pub only: Option<RangeInclusive<u64>>,
     /// Simulate nothing, and print which flights are missing; with --only and --json also their random numbers
     #[arg(long)]
     pub dry_run: bool,
-    /// Simulate nothing, and evaluate the records of the design's FMUs with these random numbers: DIR/flight-N.csv
+    /// Simulate nothing, and evaluate records of the design's FMUs simulated with these random numbers:
+    /// DIR/flight-N.csv
     #[arg(long, value_name = "DIR")]
     pub records: Option<PathBuf>,
 }
 
-/// A bound on the rate of the speed, m/s^2.
+/// Parses a bound on the rate of the speed, m/s^2.
 fn rate(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|rate| RATE.allows(*rate)).ok_or_else(|| format!("a number {}", RATE.words))
 }
 
-/// Numbers of flights, the first and the last.
-fn neighbours(text: &str) -> Result<RangeInclusive<u64>, String> {
+/// Parses the numbers of the first and the last flight.
+fn flight_range(text: &str) -> Result<RangeInclusive<u64>, String> {
     let ends = text.split_once('-').and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
     let flights = ends.filter(|(first, last): &(u64, u64)| first <= last && *last < MOST_FLIGHTS);
     flights.map(|(first, last)| first..=last).ok_or_else(|| "two numbers of flights, as in 64-127".into())
 }
 
-/// The largest number of flights; the numbers have at most eight digits.
+/// Largest number of flights; the numbers have at most eight digits.
 pub const MOST_FLIGHTS: u64 = 100_000_000;
 
-/// The distribution of the vehicles of a campaign over the declared uncertainty.
+/// Distribution of the vehicles of a campaign over the declared uncertainty.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum Where {
     /// Uniform
     Uniform,
-    /// A scrambled Sobol sequence, which also gives speeds and steps
+    /// Scrambled Sobol sequence, which also gives speeds and steps
     Sobol,
     /// Random corners
     Corners,
 }
 
-/// A language in which a controller can be written.
+/// Languages in which a controller can be exported.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum Language {
     /// C99: a header and a source
     C,
 }
 
-/// The options of `squid package`.
+/// Options of `squid package`.
 #[derive(Debug, Args)]
 pub struct Packing {
-    /// Platforms of the FMUs: host, all, or some of linux64, win64, aarch64-linux, darwin64, separated by commas
+    /// Platforms of the FMUs: host, all, or a comma-separated list of linux64, win64, aarch64-linux, darwin64
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "host")]
     pub platforms: Vec<String>,
-    /// The interfaces of FMI in the FMUs; some tools accept only FMUs with one
+    /// FMI interfaces of the FMUs; some tools accept only FMUs with one
     #[arg(long, value_enum, default_value = "both")]
     pub kind: FmuKind,
-    /// The directory of the FMUs' shared libraries, if not that of cargo; those of named platforms are in
-    /// subdirectories of that name
+    /// Directory of the FMUs' shared libraries, if not cargo's; libraries of named platforms are in subdirectories of
+    /// the same names
     #[arg(long, value_name = "DIR")]
     pub binaries: Option<PathBuf>,
     /// Pack a controller without proof; its FMUs then say that they are uncertified
@@ -481,19 +482,19 @@ pub struct Packing {
     /// Write only the three model descriptions, to this directory
     #[arg(long, value_name = "DIR")]
     pub descriptions: Option<PathBuf>,
-    /// Print also what is proved as a mathematical statement, as in the file
+    /// Print the mathematical statement that is proved as well, as in the file
     #[arg(long)]
     pub verbose: bool,
 }
 
-/// The interfaces of FMI in an FMU.
+/// FMI interfaces of an FMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FmuKind {
     /// Co-simulation only: the FMU steps itself
     Cs,
-    /// Model exchange only, of plant and loop: the importer integrates; the controller is sampled
+    /// Model exchange only, for plant and closed loop: the importer integrates; the sampled controller is left out
     Me,
-    /// Both; of the controller co-simulation only
+    /// Both; the controller supports co-simulation only
     Both,
 }
 
@@ -507,43 +508,44 @@ impl From<FmuKind> for Interfaces {
     }
 }
 
-/// The type of the numbers of a controller in C.
+/// Type of the numbers of a controller in C.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum Real {
-    /// 64 bits: the results are those of the controller's FMU to the last bit
+    /// 64 bits: the results equal those of the controller's FMU to the last bit
     Double,
-    /// 32 bits, for processors that have no others
+    /// 32 bits, for processors without 64-bit arithmetic
     Float,
 }
 
 #[allow(missing_docs)] // A doc comment here would take the place of the verbs' own help.
 #[derive(Debug, Clone, Args)]
 pub struct Which {
-    /// The vehicle's directory, for instance vehicles/squid
+    /// Directory of the vehicle, for instance vehicles/squid
     pub vehicle: PathBuf,
-    /// The design: a file NAME.toml in the vehicle's directory
+    /// Design: NAME.toml in the vehicle's directory
     #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
     pub design: String,
-    /// One axis of a design file with several, by what it steers: pitch, depth or heading; by default all of them
+    /// Axis to use, named by the quantity it steers (pitch, depth or heading), if the design file has several; by
+    /// default all
     #[arg(long, value_name = "NAME")]
     pub axis: Option<String>,
-    /// Replace the bandwidth w_b of every tracking weight, rad/s; with `--design paper` of Squid, 0.46, 0.23 and 0.1
-    /// are those of the paper
+    /// Replace the bandwidth w_b of every tracking weight, rad/s; for `--design paper` of Squid, the paper uses 0.46,
+    /// 0.23 and 0.1
     #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
     pub bandwidth: Option<f64>,
-    /// The directory for all files; by default build/VEHICLE/DESIGN
+    /// Directory for all files; by default build/VEHICLE/DESIGN
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
 
-/// Two numbers with a comma between.
+/// Parses two comma-separated numbers.
 fn pair(text: &str) -> Result<[f64; 2], String> {
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
     let both = text.split_once(',').and_then(|(one, other)| Some([number(one)?, number(other)?]));
     both.ok_or_else(|| "it must be two numbers with a comma between, such as 0.4,-0.1".to_owned())
 }
 
-/// The name of a design: that of a file NAME.toml in the vehicle's directory.
+/// Checks the name of a design, which is that of a file NAME.toml in the vehicle's directory.
 fn design_name(text: &str) -> Result<String, String> {
     let allowed = "it must be the name of a file beside vehicle.toml, without '.toml'";
     match text {
@@ -554,12 +556,12 @@ fn design_name(text: &str) -> Result<String, String> {
     }
 }
 
-/// The axes of a vehicle's autopilot that a command line asks for.
+/// Axes of a vehicle's autopilot that a command line selects.
 #[derive(Debug)]
-pub struct Asked {
-    /// The files of each axis, and the directory of its design.
+pub struct Selected {
+    /// Files of each axis, and the directory of its design.
     pub axes: Vec<(Inputs, PathBuf)>,
-    /// The directory of what is of all of them; of one axis, that of its design.
+    /// Directory of the files for all axes; for a single axis the directory of its design.
     pub directory: PathBuf,
 }
 
@@ -567,8 +569,8 @@ impl Which {
     /// Reads the vehicle and design files.
     ///
     /// # Errors
-    /// [`Error::Argument`], those of the files.
-    pub fn read(&self) -> Result<Asked, Error> {
+    /// [`Error::Argument`], and errors of the files.
+    pub fn read(&self) -> Result<Selected, Error> {
         let (vehicle, design) = (&self.vehicle, &self.design);
         let read = match &self.axis {
             Some(_) => vec![Inputs::read_axis(vehicle, design, self.axis.as_deref())?],
@@ -583,16 +585,16 @@ impl Which {
         };
         let axes: Vec<(Inputs, PathBuf)> = read.into_iter().map(of).collect();
         let directory = if let [(_, own)] = &axes[..] { own.clone() } else { all };
-        Ok(Asked { axes, directory })
+        Ok(Selected { axes, directory })
     }
 
-    /// The command that writes the report of this design.
+    /// Returns the command that writes the report of this design.
     pub fn report(&self) -> String {
-        let out = self.out.iter().map(|out| format!(" --out {}", shown(out)));
-        out.fold(self.report_of(&shown(&self.vehicle)), |command, out| command + &out)
+        let out = self.out.iter().map(|out| format!(" --out {}", shell_path(out)));
+        out.fold(self.report_of(&shell_path(&self.vehicle)), |command, out| command + &out)
     }
 
-    /// The same for a vehicle in this directory, into the default directory.
+    /// Returns the command for a vehicle in the given directory, with output to the default directory.
     pub fn report_of(&self, vehicle: &str) -> String {
         let design = (self.design != DEFAULT_DESIGN).then(|| format!(" --design {}", self.design));
         let axis = self.axis.as_ref().map(|axis| format!(" --axis {axis}"));
@@ -600,25 +602,25 @@ impl Which {
         [Some(format!("squid report {vehicle}")), design, axis, bandwidth].into_iter().flatten().collect()
     }
 
-    /// As [`Which::read`], for a verb that writes to the directories; refuses at once one that cannot be written to.
+    /// Reads the files as [`Which::read`] does, for a verb that writes; refuses directories that are not writable.
     ///
     /// # Errors
-    /// As [`Which::read`], and that of a directory.
-    pub fn read_to_write(&self) -> Result<Asked, Error> {
-        let asked = self.read()?;
-        let all = asked.axes.iter().map(|(_, directory)| directory).chain([&asked.directory]);
+    /// Errors of [`Which::read`], and those of a directory that is not writable.
+    pub fn read_to_write(&self) -> Result<Selected, Error> {
+        let selected = self.read()?;
+        let all = selected.axes.iter().map(|(_, directory)| directory).chain([&selected.directory]);
         all.into_iter().try_for_each(|directory| check_directory(directory))?;
-        Ok(asked)
+        Ok(selected)
     }
 }
 
-/// A path as typed in a shell.
-fn shown(path: &Path) -> String {
+/// Returns a path as typed in a shell.
+fn shell_path(path: &Path) -> String {
     let path = path.display().to_string();
     if path.contains(char::is_whitespace) { format!("'{path}'") } else { path }
 }
 
-/// The inputs with another bandwidth, if one is given.
+/// Replaces the bandwidth of the inputs if one is given.
 fn with_bandwidth(read: Inputs, bandwidth: Option<f64>) -> Result<Inputs, Error> {
     bandwidth.map_or(Ok(read.clone()), |bandwidth| read.with_bandwidth(bandwidth)).map_err(|reason| {
         match reason {
@@ -631,18 +633,18 @@ fn with_bandwidth(read: Inputs, bandwidth: Option<f64>) -> Result<Inputs, Error>
     })
 }
 
-/// The vehicle of a file.
+/// Reads a vehicle from a file.
 ///
 /// # Errors
-/// Those of the file.
+/// Errors of the file.
 pub fn read_vehicle(path: &Path) -> Result<Vehicle, Error> {
     Ok(Vehicle::parse(&read(path)?, &path.display().to_string())?)
 }
 
-/// The sea of a file, checked for a vehicle, and the text of the file.
+/// Reads a sea file and checks it for a vehicle; returns the sea and the text of the file.
 ///
 /// # Errors
-/// That of the file; waves, and a vehicle without size.
+/// Errors of the file; waves for a vehicle of unknown dimensions.
 pub fn read_sea(path: &Path, inputs: &Inputs) -> Result<(Sea, String), Error> {
     let text = read(path)?;
     let sea = Sea::parse(&text, &path.display().to_string())?;

@@ -12,11 +12,11 @@ use thiserror::Error as ThisError;
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
-    /// The design failed, or a file of it is wrong.
+    /// The design failed, or one of its files is wrong.
     #[error(transparent)]
     #[strum(transparent)]
     Design(#[from] squid_design::error::Error),
-    /// A flight failed.
+    /// A simulation failed.
     #[error(transparent)]
     #[strum(transparent)]
     Flight(#[from] squid_flight::error::Error),
@@ -28,10 +28,10 @@ pub enum Error {
     #[error(transparent)]
     #[strum(transparent)]
     Package(#[from] squid_package::error::Error),
-    /// A number on the command line is outside what is allowed.
+    /// A number on the command line is out of range.
     #[error("{name} is {found}; it must be {allowed}")]
     Argument { name: &'static str, found: String, allowed: String },
-    /// A record of a flight cannot be plotted.
+    /// A record of a simulation cannot be plotted.
     #[error("{path}: {reason}")]
     Record { path: String, reason: String },
     /// A directory exists already.
@@ -40,7 +40,7 @@ pub enum Error {
     /// Programs are missing without which no FMU can be made.
     #[error("missing: {programs}")]
     Missing { programs: String },
-    /// A problem of any plant has no answer.
+    /// A general problem has no answer.
     #[error(transparent)]
     #[strum(transparent)]
     Problem(#[from] ProblemError),
@@ -53,7 +53,7 @@ pub enum Error {
     /// The bound of a given controller is not proved.
     #[error("NOT PROVED: {reason}")]
     Unproved { reason: String },
-    /// The program itself is at fault.
+    /// An internal error of the program.
     #[error("this is a defect of squid, and not of your files: {message}")]
     Defect { message: String },
     /// A requirement is missed.
@@ -63,14 +63,14 @@ pub enum Error {
     #[error(transparent)]
     #[strum(transparent)]
     Campaign(#[from] squid_campaign::error::Error),
-    /// No key could be turned.
+    /// The weights could not be tuned.
     #[error(transparent)]
     #[strum(transparent)]
     Tune(#[from] squid_tune::error::Error),
 }
 
 impl Error {
-    /// The word for it in an answer for programs: `not_proved` where a proof fails, `error` otherwise.
+    /// Returns the status in the JSON output: `not_proved` if a proof fails, else `error`.
     pub fn status(&self) -> &'static str {
         match self {
             Self::NotProved { .. } | Self::Unproved { .. } => "not_proved",
@@ -83,7 +83,7 @@ impl Error {
         }
     }
 
-    /// The answer for programs: `status`, the key of the error, `reason` in a sentence, and each mistake in a file with
+    /// Returns the answer for programs: `status`, the key of the error, `reason` in a sentence, and each mistake in a file with
     /// its line, its key and what is allowed.
     pub fn answer(&self) -> Value {
         let key: &'static str = self.into();
@@ -95,7 +95,7 @@ impl Error {
         answer
     }
 
-    /// Whether the command line is wrong, rather than a file.
+    /// Returns `true` if the command line is wrong, rather than a file.
     pub fn is_usage(&self) -> bool {
         matches!(self, Self::Argument { .. })
     }

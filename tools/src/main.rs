@@ -4,7 +4,7 @@ use clap::Parser;
 use serde_json::json;
 use squid::cli::{Cli, TunedController, Verb};
 use squid::error::Error;
-use squid::output::{all_said, answer, answer_in_json, printed, set};
+use squid::output::{answer, answer_in_json, flush, printed, set};
 use squid::verbs::{
     campaign, design, doctor, export, lpv, new, package, plot, prove, report, shell, show, simulate, tune,
     verify,
@@ -14,16 +14,15 @@ use std::io::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
-/// A tenth faster than glibc's on a design: matrices of some 100 kB come and go, and glibc returns their pages each
-/// time.
+/// Allocator that is a tenth faster than glibc's on a design, which allocates and frees matrices of some 100 kB; glibc
+/// returns their pages each time.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
-/// Exit code when the command line is wrong: `EX_USAGE` of BSD's sysexits.h. Clap's own is 2, which means infeasible
-/// here.
+/// Exit code for a wrong command line: `EX_USAGE` of BSD's sysexits.h. Clap's own is 2, which means infeasible here.
 const WRONG_USAGE: u8 = 64;
 
-/// Exit code when a design misses what is required, and that was to be said by one. 2, 3 and 4 are taken by `lpv
+/// Exit code if a requirement is missed and `--strict` was given, or by `squid tune`. 2, 3 and 4 are used by `lpv
 /// synth`.
 const MISSED: u8 = 5;
 
@@ -34,7 +33,7 @@ fn main() -> ExitCode {
             if cli.json {
                 answer_in_json();
             }
-            // A panic is a defect, and is told as one: also to a program that waits for an object.
+            // Report panics as internal errors, in JSON too.
             catch_unwind(AssertUnwindSafe(|| run(cli.verb))).unwrap_or_else(|panic| Err(defect(&*panic)))
         }
         Err(usage) if usage.use_stderr() => {
@@ -50,11 +49,11 @@ fn main() -> ExitCode {
             Ok(ExitCode::SUCCESS)
         }
     };
-    match outcome.and_then(|code| all_said().map(|()| code).map_err(Error::from)) {
+    match outcome.and_then(|code| flush().map(|()| code).map_err(Error::from)) {
         Ok(code) => code,
         Err(error) => {
             let _ = answer(&error.answer());
-            // Not `eprintln`, which panics where nothing can be written.
+            // `eprintln` would panic if nothing can be written.
             let _ = writeln!(io::stderr(), "{}", set(&format!("squid: {error}"), 0));
             match error {
                 _ if error.is_usage() => WRONG_USAGE.into(),
@@ -65,17 +64,17 @@ fn main() -> ExitCode {
     }
 }
 
-/// What a panic says.
+/// Returns the error for a panic.
 fn defect(panic: &(dyn Any + Send)) -> Error {
-    let words = panic.downcast_ref::<&str>().map(ToString::to_string);
-    let message = words.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+    let text = panic.downcast_ref::<&str>().map(ToString::to_string);
+    let message = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
     Error::Defect { message }
 }
 
 fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
-        Verb::Design { which, asked } => design::run(&which, &asked),
-        Verb::Prove(asked) => prove::run(&asked),
+        Verb::Design { which, options } => design::run(&which, &options),
+        Verb::Prove(options) => prove::run(&options),
         Verb::Gains(verb) => prove::gains::run(&verb),
         Verb::Tune { vehicle, design, axis, to, controller: Some(TunedController::Pid), degree, .. } => {
             tune::pid((&vehicle, &design, axis.as_deref()), to.as_deref(), degree.into())
@@ -83,16 +82,16 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         Verb::Tune { vehicle, design, axis, track, to, designs, .. } => {
             tune::run((&vehicle, &design, axis.as_deref()), track, to.as_deref(), designs)
         }
-        Verb::Package { which, asked } => package::run(&which, asked),
-        Verb::Export { which, asked } => export::run(&which, asked),
+        Verb::Package { which, options } => package::run(&which, options),
+        Verb::Export { which, options } => export::run(&which, options),
         Verb::Simulate { which, sea, turn, current } => {
             simulate::run(&which, turn, (current, sea.as_deref()))
         }
-        Verb::Campaign { which, asked } => campaign::run(&which, &asked),
+        Verb::Campaign { which, options } => campaign::run(&which, &options),
         Verb::Replay { results, flight } => campaign::replay(&results, flight),
         Verb::Report { which, paper, sea, beside } => report::run(&which, paper, sea.as_deref(), &beside),
-        Verb::Show { which, asked } => show::run(&which, &asked),
-        Verb::Verify(asked) => verify::run(&asked),
+        Verb::Show { which, options } => show::run(&which, &options),
+        Verb::Verify(options) => verify::run(&options),
         Verb::Plot { record, vehicle, out } => plot::run(&record, vehicle.as_deref(), out),
         Verb::New { directory, like } => new::run(&directory, like),
         Verb::Doctor => doctor::run(),

@@ -1,4 +1,4 @@
-//! What the command prints.
+//! Output of the command.
 
 use serde::Serialize;
 use squid_base::files;
@@ -7,27 +7,27 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Why output was lost first.
-static UNSAID: Mutex<Option<io::Error>> = Mutex::new(None);
+/// First reason for which output was lost.
+static LOST_OUTPUT: Mutex<Option<io::Error>> = Mutex::new(None);
 
-/// Whether the one thing printed is an object for programs, and whether it has been printed.
+/// `true` if the output is one JSON object; `ANSWERED` is `true` once it has been printed.
 static AS_JSON: AtomicBool = AtomicBool::new(false);
 static ANSWERED: AtomicBool = AtomicBool::new(false);
 
-/// From now on [`say`] prints nothing, and the first [`answer`] is printed.
+/// Silences [`say`] from now on, and enables [`answer`].
 pub fn answer_in_json() {
     AS_JSON.store(true, Ordering::Relaxed);
 }
 
-/// Whether the answer is for programs.
+/// Returns `true` if the output is JSON.
 pub fn is_for_programs() -> bool {
     AS_JSON.load(Ordering::Relaxed)
 }
 
-/// What a verb found, for programs: printed with `--json`, the first time that it is called.
+/// Prints the result of a verb as JSON if `--json` was given, at the first call only.
 ///
 /// # Errors
-/// [`files::Error::Json`] for a value that JSON cannot hold.
+/// [`files::Error::Json`] if JSON cannot represent the value.
 pub fn answer(found: &impl Serialize) -> Result<(), files::Error> {
     if is_for_programs() && !ANSWERED.swap(true, Ordering::Relaxed) {
         print_line(&json(found)?);
@@ -35,10 +35,10 @@ pub fn answer(found: &impl Serialize) -> Result<(), files::Error> {
     Ok(())
 }
 
-/// As [`answer`], with what is said of each axis of a design: the object of the only one, or a list `axes`.
+/// Prints the results for the axes of a design as [`answer`] does: the object of a single axis, or a list `axes`.
 ///
 /// # Errors
-/// As [`answer`].
+/// Errors of [`answer`].
 pub fn answer_each(axes: &[impl Serialize]) -> Result<(), files::Error> {
     match axes {
         [one] => answer(one),
@@ -46,7 +46,7 @@ pub fn answer_each(axes: &[impl Serialize]) -> Result<(), files::Error> {
     }
 }
 
-/// A value as one line of JSON.
+/// Returns a value as one line of JSON.
 ///
 /// # Errors
 /// [`files::Error::Json`].
@@ -55,52 +55,51 @@ pub fn json(value: &impl Serialize) -> Result<String, files::Error> {
         .map_err(|reason| files::Error::Json { path: "standard output".into(), reason })
 }
 
-/// The columns in which words for people are set, unless the environment says how many there are: `COLUMNS`, as for the
-/// help.
+/// Default line width of text for people; the environment variable `COLUMNS` overrides it, as for the help.
 pub const COLUMNS: usize = 100;
 
-/// Prints words for people to standard output, set in [`COLUMNS`]. A failure is kept for [`all_said`] and does not stop
-/// the work.
+/// Prints text for people to standard output, wrapped at [`COLUMNS`]. A failure is stored for [`flush`] and does not
+/// stop the work.
 pub fn say(text: &str) {
     say_indented(text, 0);
 }
 
-/// The same with lines after a break that begin so far in, or as far in as the line before the break.
+/// Prints text with continuation lines indented by `indent`, or as far as the line itself if that is more.
 pub fn say_indented(text: &str, indent: usize) {
     if !is_for_programs() {
         print_line(&set(text, indent));
     }
 }
 
-/// Prints paths, which are never broken.
+/// Prints a path, which is never wrapped.
 pub fn say_path(path: &Path) {
-    say_whole(&path.display().to_string());
+    say_unwrapped(&path.display().to_string());
 }
 
-/// Prints a text whose lines are never broken, such as a file.
-pub fn say_whole(text: &str) {
+/// Prints a text that is not wrapped, such as a file.
+pub fn say_unwrapped(text: &str) {
     if !is_for_programs() {
         print_line(text);
     }
 }
 
-/// Prints words for people to standard error, beside a result that is a file on standard output.
+/// Prints text for people to standard error, in addition to a result that is a file on standard output.
 pub fn note(text: &str) {
     if !is_for_programs() {
-        // Not `eprintln`, which panics where nothing can be written.
+        // `eprintln` would panic if nothing can be written.
         let _ = writeln!(io::stderr(), "{}", set(text, 0));
     }
 }
 
-/// Words for people, set in the columns that there are.
+/// Wraps text for people at the available width.
 pub fn set(text: &str, indent: usize) -> String {
-    let asked = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
-    let columns = asked.filter(|columns| *columns > 0).unwrap_or(COLUMNS);
+    let requested = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
+    let columns = requested.filter(|columns| *columns > 0).unwrap_or(COLUMNS);
     text.split('\n').map(|line| set_line(line, indent, columns)).collect::<Vec<_>>().join("\n")
 }
 
-/// A line broken at spaces; a word that is longer than the line, such as a path, stays whole. A row of a table is
-/// broken between its cells, where that can be, and goes on below the second of them.
+/// Wraps a line at spaces; a word longer than the line, such as a path, is not broken. A table row is broken between
+/// cells if possible, and continues below its second cell.
 fn set_line(line: &str, indent: usize, columns: usize) -> String {
     let head = line.len() - line.trim_start().len();
     let (mut begin, indent) = (head.max(indent), indent.max(head).min(columns / 2));
@@ -127,20 +126,20 @@ fn print_line(text: &str) {
     printed(writeln!(out, "{text}").and_then(|()| out.flush()));
 }
 
-/// Keeps the first reason why something could not be printed. A closed pipe, as by `head`, does not count.
+/// Stores the first reason for which something could not be printed. A closed pipe, as by `head`, does not count.
 pub fn printed(outcome: io::Result<()>) {
-    if let (Err(reason), Ok(mut first)) = (outcome, UNSAID.lock()) {
+    if let (Err(reason), Ok(mut first)) = (outcome, LOST_OUTPUT.lock()) {
         let lost = reason.kind() != ErrorKind::BrokenPipe;
         *first = first.take().or(Some(reason).filter(|_| lost));
     }
 }
 
-/// Whether everything since the last call could be printed.
+/// Checks that everything since the last call was printed.
 ///
 /// # Errors
 /// [`files::Error::Unwritable`] with the first reason.
-pub fn all_said() -> Result<(), files::Error> {
-    let lost = UNSAID.lock().ok().and_then(|mut first| first.take());
+pub fn flush() -> Result<(), files::Error> {
+    let lost = LOST_OUTPUT.lock().ok().and_then(|mut first| first.take());
     lost.map_or(Ok(()), |reason| Err(files::Error::Unwritable { path: "standard output".into(), reason }))
 }
 
@@ -148,7 +147,7 @@ pub fn all_said() -> Result<(), files::Error> {
 mod tests {
     use super::*;
 
-    /// Lines are broken at spaces, those after a break begin where the first did, and a long path stays whole.
+    /// Lines are wrapped at spaces with continuation lines indented, and a long path is not broken.
     #[test]
     fn lines_fit() {
         assert_eq!(set_line("  one two three", 0, 9), "  one two\n  three");

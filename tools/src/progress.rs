@@ -1,4 +1,4 @@
-//! Progress on the terminal: a line for each stage, with its key figure.
+//! Progress on the terminal: one line for each stage, with its key figure.
 
 use crate::output::{say, say_indented};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -6,21 +6,21 @@ use squid_base::progress::Event;
 use std::sync::Mutex;
 use std::time::Duration;
 
-/// The moving line of the stage under way, if there is one.
+/// Spinners of the stages in progress.
 static RUNNING: Mutex<Vec<ProgressBar>> = Mutex::new(Vec::new());
 
-/// The columns of the name of a stage, and the space after it.
+/// Width of the name of a stage, with the space after it.
 const STAGE: usize = 13;
 
-/// How often a moving line moves.
+/// Update interval of a spinner.
 const TICK: Duration = Duration::from_millis(120);
 
-/// Shows an event. Results go to standard output, the moving line to the terminal.
+/// Shows an event. Results go to standard output, spinners to the terminal.
 pub fn show(event: Event) {
     match event {
         Event::Began { stage, what } => {
-            let words = format!("{stage:<12} {what}");
-            let bar = moving(ProgressBar::new_spinner(), "{spinner} {msg} {elapsed}", &words);
+            let text = format!("{stage:<12} {what}");
+            let bar = moving(ProgressBar::new_spinner(), "{spinner} {msg} {elapsed}", &text);
             if let Ok(mut all) = RUNNING.lock() {
                 all.push(bar);
             }
@@ -39,44 +39,44 @@ pub fn show(event: Event) {
     }
 }
 
-/// The progress of work that runs beside other work, kept until it can be shown.
+/// Progress of work that runs in parallel, stored until it can be shown.
 #[derive(Default)]
-pub struct Later(Mutex<Vec<(Option<String>, String)>>);
+pub struct Deferred(Mutex<Vec<(Option<String>, String)>>);
 
-impl Later {
-    /// Keeps an event; that a stage began or ended is not kept.
-    pub fn keep(&self, event: Event) {
-        let said = match event {
+impl Deferred {
+    /// Stores an event, except the start and end of a stage.
+    pub fn store(&self, event: Event) {
+        let entry = match event {
             Event::Warning { words } => (None, words.to_owned()),
             Event::Done { stage, figures } => (Some(stage.to_owned()), figures.to_owned()),
             Event::Began { .. } | Event::Ended => return,
         };
         if let Ok(mut all) = self.0.lock() {
-            all.push(said);
+            all.push(entry);
         }
     }
 
-    /// Shows what was kept.
+    /// Shows the stored events.
     pub fn show(self) {
-        for (stage, words) in self.0.into_inner().unwrap_or_default() {
+        for (stage, text) in self.0.into_inner().unwrap_or_default() {
             show(match &stage {
-                Some(stage) => Event::Done { stage, figures: &words },
-                None => Event::Warning { words: &words },
+                Some(stage) => Event::Done { stage, figures: &text },
+                None => Event::Warning { words: &text },
             });
         }
     }
 }
 
-/// A moving line that counts up to a number; it is cleared with `finish_and_clear`, or when it is dropped.
+/// Returns a progress bar that counts up to a number; `finish_and_clear`, or dropping it, clears it.
 pub fn counter(stage: &str, up_to: u64) -> ProgressBar {
     moving(ProgressBar::new(up_to), "{spinner} {msg:<12} {pos} of {len} {wide_bar} {eta}", stage)
 }
 
-fn moving(bar: ProgressBar, template: &str, words: &str) -> ProgressBar {
+fn moving(bar: ProgressBar, template: &str, text: &str) -> ProgressBar {
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
-    bar.set_message(words.to_owned());
+    bar.set_message(text.to_owned());
     bar.enable_steady_tick(TICK);
     bar
 }

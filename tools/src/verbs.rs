@@ -1,4 +1,4 @@
-//! What the command can do: a file for each verb.
+//! Verbs of the command, one file each.
 
 pub mod campaign;
 pub mod design;

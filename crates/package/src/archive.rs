@@ -10,17 +10,17 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 use zip::ZipArchive;
 
-/// The most that all entries may unpack to, in bytes; ten times what is shipped for all platforms.
+/// Largest unpacked size of all entries in bytes; ten times that of an FMU for all platforms.
 const LARGEST: u64 = 128 << 20;
 
-/// What an FMU says of itself.
+/// Contents of an FMU.
 #[derive(Debug)]
 pub struct FmuArchive {
-    /// The GUID in `modelDescription.xml`.
+    /// GUID in `modelDescription.xml`.
     pub guid: String,
-    /// `modelDescription.xml`.
+    /// Bytes of `modelDescription.xml`.
     pub description: Vec<u8>,
-    /// The files in `resources/`.
+    /// Files in `resources/`.
     pub resources: Resources,
     /// All other files, by name.
     pub others: BTreeMap<String, Vec<u8>>,
@@ -30,19 +30,20 @@ impl FmuArchive {
     /// Reads an FMU.
     ///
     /// # Errors
-    /// [`Unreadable`](squid_base::files::Error::Unreadable); [`Error::Archive`] when the zip is damaged or ambiguous.
+    /// [`Unreadable`](squid_base::files::Error::Unreadable); [`Error::Archive`] if the zip is damaged or ambiguous.
     pub fn read(path: &Path) -> Result<Self, Error> {
         Self::from_bytes(&read_bytes(path)?)
             .map_err(|reason| Error::Archive { path: path.display().to_string(), reason })
     }
 
-    /// Reads the bytes of an FMU.
+    /// Reads an FMU from its bytes.
     ///
     /// # Errors
     /// [`ArchiveError`].
     fn from_bytes(bytes: &[u8]) -> Result<Self, ArchiveError> {
         let mut archive = ZipArchive::new(Cursor::new(bytes))?;
-        // Among others: no name twice, no overlap, and the same in the directory as before each entry.
+        // Checks, among others, that no name occurs twice, that entries do not overlap, and that local and central
+        // headers agree.
         archive.validate_header_consistency()?;
         let (mut files, mut folders) = (HashSet::new(), HashSet::new());
         let (mut description, mut resources, mut others) =
@@ -54,13 +55,13 @@ impl FmuArchive {
             if !is_plain(&name) || entry.is_symlink() {
                 return Err(ArchiveError::Name { name });
             }
-            let place = name.to_lowercase();
+            let path = name.to_lowercase();
             if entry.is_dir() {
-                folders.insert(place.trim_end_matches('/').to_owned());
-            } else if !files.insert(place.clone()) {
+                folders.insert(path.trim_end_matches('/').to_owned());
+            } else if !files.insert(path.clone()) {
                 return Err(ArchiveError::Twice { name });
             }
-            folders.extend(place.match_indices('/').map(|(end, _)| place[..end].to_owned()));
+            folders.extend(path.match_indices('/').map(|(end, _)| path[..end].to_owned()));
             if entry.is_dir() {
                 continue;
             }
@@ -84,7 +85,7 @@ impl FmuArchive {
 
 const DESCRIPTION: &str = "modelDescription.xml";
 
-/// Whether every tool unpacks this name to the same place: of a folder, a `/` is allowed at the end.
+/// Returns `true` if every tool unpacks this name to the same path; a folder may end with `/`.
 fn is_plain(name: &str) -> bool {
     let path = name.strip_suffix('/').unwrap_or(name);
     // Windows drops a dot or a space at the end of a name.
@@ -92,7 +93,7 @@ fn is_plain(name: &str) -> bool {
         .all(|part| !part.is_empty() && !part.ends_with(['.', ' ']) && !part.contains(['\\', ':', '\0']))
 }
 
-/// The bytes of an entry, of which `left` are allowed.
+/// Returns the bytes of an entry, at most `left`.
 fn content(entry: impl Read, name: &str, left: u64) -> Result<Vec<u8>, ArchiveError> {
     let mut bytes = Vec::new();
     let read = entry.take(left + 1).read_to_end(&mut bytes);
@@ -105,7 +106,7 @@ fn content(entry: impl Read, name: &str, left: u64) -> Result<Vec<u8>, ArchiveEr
     }
 }
 
-/// The attribute `guid` of the root of a model description.
+/// Returns the attribute `guid` of the root element of a model description.
 fn guid_of(xml: &[u8]) -> Option<String> {
     let mut reader = Reader::from_reader(xml);
     loop {
@@ -139,7 +140,7 @@ mod tests {
         b"<?xml version=\"1.0\"?><!-- guid=\"x\" --><a:b guid=\"{1}\" other=\"2\"><c guid=\"3\"/></a:b>";
 
     #[test]
-    fn the_guid_is_the_attribute_of_the_root() {
+    fn reads_guid_of_root_element() {
         let found =
             FmuArchive::from_bytes(&zipped(&[(DESCRIPTION, XML), ("resources/one.json", b"1")])).unwrap();
         assert_eq!(found.guid, "{1}");
@@ -151,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn what_tools_may_unpack_differently_is_refused() {
+    fn rejects_ambiguous_archives() {
         for name in ["./a", "a/../b", "/a", "a//b", "a\\b", "c:a", "..", "resources./a", "a "] {
             let refused = FmuArchive::from_bytes(&zipped(&[(DESCRIPTION, XML), (name, b"")]));
             assert!(
@@ -172,7 +173,7 @@ mod tests {
         zip.add_symlink("resources/a", "elsewhere", SimpleFileOptions::default()).unwrap();
         let refused = FmuArchive::from_bytes(&zip.finish().unwrap().into_inner());
         assert!(matches!(refused, Err(ArchiveError::Name { .. })), "a link");
-        // The same name twice: the second is renamed in the bytes, for the writer refuses it.
+        // Two entries of the same name: the writer refuses this, so the second is renamed in the bytes.
         let mut twice = zipped(&[(DESCRIPTION, XML), ("resources/a.json", b"1"), ("resources/b.json", b"2")]);
         let name = b"resources/b.json";
         while let Some(at) = twice.windows(name.len()).position(|w| w == name) {
@@ -182,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sum_of_all_entries_is_bounded() {
+    fn limits_total_unpacked_size() {
         let zeros = vec![0; LARGEST as usize / 4];
         let names = ["binaries/a", "resources/b", "documentation/c", "d"];
         let all: Vec<(&str, &[u8])> = names.iter().map(|name| (*name, &zeros[..])).collect();

@@ -1,23 +1,24 @@
-//! The axes that are packed into one FMU.
+//! Axes that are packed into one FMU.
 
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
 use squid_scheduled::ControllerDesign;
 
-/// The files of each axis, and its stored design, in the order of the design file.
+/// Files and stored design of each axis, in the order of the design file.
 pub type Designs<'a> = &'a [(&'a Inputs, &'a Stored)];
 
-/// The files of each axis.
+/// Returns the files of each axis.
 pub fn inputs<'a>(designs: Designs<'a>) -> Vec<&'a Inputs> {
     designs.iter().map(|(inputs, _)| *inputs).collect()
 }
 
-/// The controllers of each axis.
+/// Returns the controller of each axis.
 pub fn controllers<'a>(designs: Designs<'a>) -> Vec<&'a ControllerDesign> {
     designs.iter().map(|(_, stored)| &stored.controller).collect()
 }
 
-/// What the proofs of a number of axes do not say; `coupled` is whether there is one of all together.
+/// Returns a statement of what the proofs of several axes do not cover; `coupled` is `true` if both axes are proved
+/// together.
 pub fn unproved(axes: usize, coupled: bool) -> Option<&'static str> {
     (axes > 1).then_some(if coupled {
         "Beyond that each axis is proved alone, about straight level flight without roll. What is proved of both is of \
@@ -28,7 +29,7 @@ pub fn unproved(axes: usize, coupled: bool) -> Option<&'static str> {
     })
 }
 
-/// Words about an axis that is called `name`: after its name, if there are others.
-pub fn said(axes: usize, name: &str, words: &str) -> String {
-    if axes > 1 { format!("{name}: {words}") } else { words.to_owned() }
+/// Prefixes a text about an axis with the axis's name if there are several axes.
+pub fn said(axes: usize, name: &str, text: &str) -> String {
+    if axes > 1 { format!("{name}: {text}") } else { text.to_owned() }
 }

@@ -1,4 +1,4 @@
-//! The controller as C: header and source, and beside them the design and the certificate that they are of.
+//! The controller as C: header and source, with the design and the certificate from which they were written.
 
 use crate::error::Error;
 use squid_base::files::{Files, read};
@@ -11,24 +11,24 @@ use squid_fmi2::model_description::identifier;
 use squid_scheduled::{ControllerDesign, DEFAULT_DESIGN};
 use std::path::{Path, PathBuf};
 
-/// The design beside a source.
+/// File name of the design next to a source.
 pub const CONTROLLER: &str = "controller.json";
-/// The certificate beside a source.
+/// File name of the certificate next to a source.
 pub const CERTIFICATE: &str = "certificate.json";
 
-/// The files of a controller for a directory.
+/// Files of a controller for a directory.
 #[derive(Debug)]
 pub struct Packed {
-    /// All of them.
+    /// All files.
     pub files: Files,
-    /// The paths of header and source.
+    /// Paths of header and source.
     pub paths: Vec<PathBuf>,
     /// Header and source.
     pub source: Source,
 }
 
-/// Header and source of an autopilot of several axes for a directory, in which each has its own in a folder of its
-/// name; and their paths.
+/// Returns header and source of an autopilot of several axes, whose own sources are in folders named for the axes, and
+/// their paths in `directory`.
 pub fn whole(
     inputs: &Inputs,
     axes: &[(&str, ControllerDesign, Source)],
@@ -47,10 +47,10 @@ pub fn whole(
     (files, paths.into())
 }
 
-/// The files of a controller for a directory.
+/// Writes the files of a controller for a directory.
 ///
 /// # Errors
-/// [`Error::Export`], those of the design.
+/// [`Error::Export`], and errors of the design.
 pub fn pack(
     stored: &Stored,
     proof: &Result<Theorem, String>,
@@ -82,17 +82,17 @@ pub fn pack(
     Ok(Packed { files, paths: paths.into(), source })
 }
 
-/// What no claim of a certificate covers.
+/// Returns a statement of what no claim of a certificate covers.
 fn limits_of_the_proof() -> String {
     "This is of the controller in continuous time and of linear models. What is proved of the sampled loop \
      is in the design's sampled_certificate.json; rounding, other saturation and the nonlinear vehicle are not covered."
         .to_owned()
 }
 
-/// Checks that a source and its header are those that are written for a design and the text of its certificate.
+/// Checks that a source and its header are those written for a design and the text of its certificate.
 ///
 /// # Errors
-/// [`Error::Source`], [`Error::Export`], those of the header's file.
+/// [`Error::Source`], [`Error::Export`], and errors of reading the header.
 pub(crate) fn compare(
     path: &Path,
     source: &str,

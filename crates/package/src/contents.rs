@@ -1,4 +1,4 @@
-//! The files of an FMU that its proof says nothing of: binaries, page, icons, licences.
+//! Files of an FMU that its proof does not cover: binaries, page, icons, licences.
 
 use crate::archive::FmuArchive;
 use crate::c::{CERTIFICATE, CONTROLLER};
@@ -13,12 +13,12 @@ use squid_model_description::ModelDescription;
 use squid_scheduled::ControllerDesign;
 use std::io;
 
-/// Names of the files of an FMU, compared with those that this squid packs.
+/// Names of the files of an FMU, compared with those that this version of squid packs.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Contents {
-    /// Files that are identical, to the byte.
+    /// Files that are identical to the byte.
     pub identical: Vec<String>,
-    /// Files that differ, that this squid does not pack, or that it cannot make here.
+    /// Files that differ, that this version of squid does not pack, or that it cannot make on this machine.
     pub unexamined: Vec<String>,
 }
 
@@ -26,7 +26,7 @@ impl Contents {
     /// Compares the files of an archive; the page only if it is given.
     ///
     /// # Errors
-    /// Those of writing the terminals.
+    /// [`io::Error`] of writing the terminals.
     pub fn of(
         archive: FmuArchive,
         (kind, description): (Kind, &ModelDescription),
@@ -55,7 +55,7 @@ impl Contents {
         })
     }
 
-    /// One line for each of the two.
+    /// Returns one line for each of the two lists that is not empty.
     pub fn lines(&self) -> Vec<String> {
         let lines = [
             ("identical, to the byte, to what this squid packs", &self.identical),
@@ -64,13 +64,13 @@ impl Contents {
                 &self.unexamined,
             ),
         ];
-        let line = |(words, names): (&str, &Vec<String>)| format!("{words}: {}", names.join(", "));
+        let line = |(title, names): (&str, &Vec<String>)| format!("{title}: {}", names.join(", "));
         lines.into_iter().filter(|(_, names)| !names.is_empty()).map(line).collect()
     }
 }
 
-/// Whether a resource of an FMU with so many axes is one that is proved, compared with vehicle and design file, or said
-/// not to be.
+/// Returns `true` if a resource of an FMU with `axes` axes is proved, compared with vehicle and design file, or
+/// reported as not verified.
 fn is_verified(resource: &str, axes: usize) -> bool {
     let of_axes = (0..axes).flat_map(|axis| [CONTROLLER, CERTIFICATE].map(|name| of_axis(name, axis)));
     let others = ["plant.json", "manoeuvre.json", squid_fmu_plant::VEHICLE_RESOURCE, INTERFACE_RESOURCE];

@@ -1,4 +1,4 @@
-//! What turns couple of two axes that fly one vehicle: proved before they are packed, and again of an FMU.
+//! Coupling of two axes of one vehicle in turns: proved before packing, and verified for an FMU.
 
 use crate::axes::{Designs, inputs};
 use crate::error::Error;
@@ -15,11 +15,11 @@ use squid_proof::error::ProofError;
 use squid_scheduled::ControllerDesign;
 use std::path::Path;
 
-/// Bounds what turns couple of two certified designs, of pitch or depth and of heading, and proves it; nothing of
-/// other designs, or if no proof is found.
+/// Bounds the coupling in turns of two certified designs, of pitch or depth and of heading, and proves the bound.
+/// Returns `None` for other designs, or if no proof is found.
 ///
 /// # Errors
-/// Those of the designs.
+/// Errors of the designs.
 pub fn coupled(designs: Designs<'_>) -> Result<Option<[StoredCoupling; 2]>, Error> {
     let (Some(_), [(inputs, level), (_, heading)]) = (level_and_heading(&inputs(designs)), designs) else {
         return Ok(None);
@@ -32,19 +32,19 @@ pub fn coupled(designs: Designs<'_>) -> Result<Option<[StoredCoupling; 2]>, Erro
     let Some(found) = coupling(&turning)? else { return Ok(None) };
     let names = controllers.map(ControllerDesign::steered);
     let words = found.words(names.each_ref().map(String::as_str));
-    let [one, other] = [0, 1].map(|axis| {
+    let [first, second] = [0, 1].map(|axis| {
         let certificate = text(&found.axes[axis].certificate, Path::new(CERTIFICATES[axis]))?;
         Ok::<_, Error>(StoredCoupling { certificate, words: words.clone() })
     });
-    Ok(Some([one?, other?]))
+    Ok(Some([first?, second?]))
 }
 
-/// Proves again what an FMU has of two axes. If their files are given, that the plants are those of turns of the
-/// vehicle is computed again, and how fast these are, and the claim returned first. Without them nothing is claimed of
-/// the vehicle, and that is returned second. Nothing of an FMU that has none.
+/// Verifies the proof of both axes in an FMU, which may have none. With the files of the axes, recomputes that the
+/// plants are those of turns of the vehicle, and the rates of these turns, and returns the claim as the first text.
+/// Without the files nothing is claimed of the vehicle; the second text says so.
 ///
 /// # Errors
-/// [`ProofError`] of a certificate that proves nothing, or is not of the controllers of the FMU.
+/// [`ProofError`] if a certificate proves nothing, or does not belong to the controllers of the FMU.
 pub fn verify(
     path: &Path,
     resources: &Resources,

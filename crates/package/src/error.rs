@@ -1,4 +1,4 @@
-//! Why a design could not be packed, or an FMU not be verified.
+//! Errors of packing a design or verifying an FMU.
 
 #![allow(missing_docs, reason = "the message says what each field is")]
 
@@ -8,7 +8,7 @@ use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 use zip::result::ZipError;
 
-/// Why a design could not be packed, or an FMU not be verified.
+/// Errors of packing a design or verifying an FMU.
 #[derive(Debug, ThisError, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub enum Error {
@@ -16,10 +16,10 @@ pub enum Error {
     #[error(transparent)]
     #[strum(transparent)]
     Design(#[from] squid_design::error::Error),
-    /// A platform that is not known.
+    /// The platform is unknown.
     #[error("the platform is {found}; it must be {allowed}")]
     UnknownPlatform { found: String, allowed: String },
-    /// A frozen design gives no valid FMU.
+    /// A frozen design does not give a valid FMU.
     #[error(transparent)]
     Describe(#[from] squid_fmi2::DescribeError),
     /// A shared library is missing.
@@ -28,33 +28,33 @@ pub enum Error {
     /// FMI 2.0 has no name for this platform.
     #[error("FMI 2.0 has no name for the platform {os} on {arch}")]
     Platform { os: &'static str, arch: &'static str },
-    /// A file is no FMU that every tool unpacks alike.
+    /// The file is not an FMU that every tool unpacks alike.
     #[error("{path}: {reason}")]
     Archive { path: String, reason: ArchiveError },
-    /// The zip could not be made.
+    /// The zip cannot be written.
     #[error("{path}: {reason}")]
     Zip { path: String, reason: ZipError },
-    /// The system of plant and controller could not be described.
+    /// The description of the system of plant and controller cannot be written.
     #[error("{path}: {reason}")]
     Ssp { path: String, reason: std::io::Error },
-    /// The resources of an FMU are not those that it was packed with.
+    /// The resources of an FMU differ from those with which it was packed.
     #[error(
         "{path}: its resources were changed after it was packed, or another version of squid packed it (the \
             GUID differs)"
     )]
     WrongGuid { path: String },
-    /// The model description of an FMU is not the one that it was packed with.
+    /// The model description of an FMU differs from the one with which it was packed.
     #[error("{path}: its modelDescription.xml was changed after it was packed")]
     WrongDescription { path: String },
-    /// An FMU is not what vehicle and design file make.
+    /// The FMU does not follow from vehicle and design file.
     #[error("{path}: it is not what these vehicle and design files make: {reason}")]
     NotOfInputs { path: String, reason: String },
-    /// A plant, a loop or a system of a design of heading.
+    /// A plant, loop or system was requested for a heading design alone.
     #[error(
         "a design of heading is packed as a controller alone: the vehicle is that of its design of pitch or depth"
     )]
     OfHeading,
-    /// The axes of a file are not those of the design.
+    /// The axes of the file are not those of the design.
     #[error(
         "{path}: it is of {found}, and {design} is of {axes}; name one of these with --axis, or another --design"
     )]
@@ -62,13 +62,13 @@ pub enum Error {
     /// The FMU contains no certificate.
     #[error("{path}: it contains no resources/{name}, so there is nothing to verify")]
     NoCertificate { path: String, name: String },
-    /// The controller cannot be written as C.
+    /// The controller cannot be exported as C.
     #[error(transparent)]
     Export(#[from] squid_embedded::ExportError),
-    /// A source is not the one that was written for the controller of the certificate.
+    /// A source differs from the one written for the controller of the certificate.
     #[error("{path}: {reason}")]
     Source { path: String, reason: squid_embedded::SourceError },
-    /// What a source was written for is not beside it.
+    /// The design or the certificate of a source is missing next to it.
     #[error("{path} is not there; `squid export` writes it beside the source, which is verified by it")]
     NotBeside { path: String },
     /// A controller without proof is not packed.
@@ -77,34 +77,34 @@ pub enum Error {
          it is, and says that it is uncertified"
     )]
     Uncertified { directory: String, reason: String },
-    /// What was said of a file that does not name it.
+    /// An error of a file, with the path added to a message that lacks it.
     #[error("{path}: {reason}")]
     Of { path: String, reason: Box<Error> },
 }
 
-/// What is wrong with the archive of an FMU.
+/// Errors of the archive of an FMU.
 #[derive(Debug, ThisError, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub enum ArchiveError {
-    /// It is no zip, or damaged.
+    /// The file is not a zip, or is damaged.
     #[error(transparent)]
     Zip(#[from] ZipError),
     /// An entry cannot be read.
     #[error("{name}: {reason}")]
     Unreadable { name: String, reason: std::io::Error },
-    /// A name that is not plain, and that one tool may unpack to another place than the next.
+    /// The name of an entry is not plain, so that tools may unpack it to different paths.
     #[error(
         "it contains an entry called '{name}'; allowed are files and folders with / between them, without '\\' \
             and ':', none called '.' or '..' or with a dot or a space at the end, and no links"
     )]
     Name { name: String },
-    /// Two entries that a tool may unpack to the same place.
+    /// Two entries may be unpacked to the same path.
     #[error("it contains the entry '{name}' twice, if upper and lower case are taken for the same")]
     Twice { name: String },
-    /// Entries that unpack to more than any FMU that is shipped.
+    /// The entries unpack to more than any packed FMU.
     #[error("all entries up to {name} unpack to more than {most} MB, the most that is read")]
     Large { name: String, most: u64 },
-    /// There is no GUID.
+    /// The GUID is missing.
     #[error(
         "modelDescription.xml: it is missing, or names no guid; of an SSP, unpack the FMUs in resources/"
     )]

@@ -1,5 +1,4 @@
-//! Packing FMUs: model description, binary, resources and documentation into one zip, to the byte alike each
-//! time.
+//! Packs FMUs: model description, binary, resources and documentation in one zip, with reproducible bytes.
 
 use crate::axes::{Designs, controllers, inputs, said, unproved};
 use crate::c::{CERTIFICATE, CONTROLLER};
@@ -26,17 +25,17 @@ use std::io::{self, Cursor, Write};
 use std::path::{Path, PathBuf};
 use zip::write::SimpleFileOptions;
 
-/// Which binaries go into the FMUs.
+/// Binaries to be packed into the FMUs.
 #[derive(Debug)]
 pub struct Binaries {
-    /// One for each of these platforms.
+    /// Platforms, with one binary each.
     pub platforms: Vec<Platform>,
-    /// Their directory, if not that of cargo.
+    /// Directory of the binaries; `None` for that of cargo.
     pub directory: Option<PathBuf>,
 }
 
 impl Binaries {
-    /// Checks that all of them are there, before any work.
+    /// Checks that all binaries exist, before any work.
     ///
     /// # Errors
     /// [`Error::NoBinary`].
@@ -47,30 +46,30 @@ impl Binaries {
     }
 }
 
-/// What a package is made from, before any binary.
+/// Contents of an FMU without its binaries.
 #[derive(Debug)]
 pub struct Prepared {
     /// Name of the FMU and of its binary.
     pub identifier: String,
-    /// `modelDescription.xml`.
+    /// Text of `modelDescription.xml`.
     pub xml: String,
     description: ModelDescription,
     resources: Resources,
 }
 
-/// A finished FMU, in memory.
+/// A finished FMU in memory.
 #[derive(Debug)]
 pub struct Packed {
-    /// Its path.
+    /// Path of the FMU.
     pub path: PathBuf,
-    /// The file.
+    /// Bytes of the FMU.
     pub bytes: Vec<u8>,
-    /// What its model description says.
+    /// Model description.
     pub description: ModelDescription,
 }
 
-/// Proves the certificate of a stored design. With `allow_uncertified` a design that does not prove is marked as
-/// uncertified instead of being refused, and the reason returned.
+/// Proves the certificate of a stored design. With `allow_uncertified` a design without proof is marked as uncertified
+/// instead of being refused, and the reason returned.
 ///
 /// # Errors
 /// [`Error::Uncertified`].
@@ -91,7 +90,7 @@ pub fn require_proof(
     }
 }
 
-/// The outcome of [`require_proof`] in words.
+/// Returns the outcome of [`require_proof`] as text.
 pub fn standing(proof: &Result<Theorem, String>) -> String {
     match proof {
         Ok(theorem) => format!("certified: {theorem}"),
@@ -99,7 +98,7 @@ pub fn standing(proof: &Result<Theorem, String>) -> String {
     }
 }
 
-/// The outcome of [`require_proof`] for people, a line a claim.
+/// Returns the outcome of [`require_proof`] for people, one line per claim.
 pub fn lines(proof: &Result<Theorem, String>, stored: &Stored) -> Vec<String> {
     match proof {
         Ok(theorem) => {
@@ -116,11 +115,10 @@ fn uncertified(reason: &str) -> String {
     format!("UNCERTIFIED: {reason}")
 }
 
-/// The model description and resources of an FMU with these interfaces.
+/// Prepares model description and resources of an FMU with the given interfaces.
 ///
 /// # Errors
-/// [`Error::Describe`] when the frozen designs give no valid FMU, or the model lacks the
-/// interface.
+/// [`Error::Describe`] if the frozen designs do not give a valid FMU, or the model lacks the interface.
 pub fn prepare(kind: Kind, designs: Designs<'_>, interfaces: Interfaces) -> Result<Prepared, Error> {
     let inputs = inputs(designs);
     let mut resources = Resources::default();
@@ -161,10 +159,10 @@ fn prepared<M: Model>(described: Described<M>, resources: Resources) -> Prepared
     Prepared { identifier: description.model_identifier.clone(), xml, description, resources }
 }
 
-/// Packs one prepared FMU that belongs into `directory`, in memory. Its documentation is the page.
+/// Packs a prepared FMU for `directory`, in memory, with `page` as its documentation.
 ///
 /// # Errors
-/// [`Error::NoBinary`] when the shared library has not been built.
+/// [`Error::NoBinary`] if the shared library has not been built.
 pub fn pack(
     kind: Kind,
     prepared: Prepared,
@@ -190,15 +188,15 @@ pub fn pack(
     Ok(Packed { path, bytes, description: prepared.description })
 }
 
-/// The page that importers show.
+/// Path of the page that importers show.
 pub const PAGE: &str = "documentation/index.html";
 
-/// The text of [`PAGE`].
+/// Returns the bytes of [`PAGE`].
 pub fn documentation(kind: Kind, designs: Designs<'_>, page: &Rendered) -> Vec<u8> {
     page.page(&about(kind, designs)).into_bytes()
 }
 
-/// What an FMU contains besides description, resources, binaries and page: icons, terminals, licences.
+/// Returns the files of an FMU besides description, resources, binaries and page: icons, terminals, licences.
 pub(crate) fn attached(
     kind: Kind,
     description: &ModelDescription,
@@ -211,11 +209,11 @@ pub(crate) fn attached(
     Ok(icons.into_iter().chain(LICENCES.map(licence)).chain(plug).collect())
 }
 
-/// The picture that tools show for the FMU, some from either place (FMI 2.0.4, section 2.3).
+/// Icon that tools show for the FMU, read from one of two paths (FMI 2.0.4, section 2.3).
 const ICON: &[u8] = include_bytes!("../model.png");
 
-/// An overview (section 2.3), Squid's own licences, and those of the compiled dependencies; `tools/licences.py` writes
-/// the latter.
+/// Licences: an overview (section 2.3), Squid's own, and those of the compiled dependencies, which `tools/licences.py`
+/// writes.
 const LICENCES: [(&str, &str); 4] = [
     ("license.txt", include_str!("../license.txt")),
     ("LICENSE-MIT", include_str!("../LICENSE-MIT")),
@@ -223,7 +221,7 @@ const LICENCES: [(&str, &str); 4] = [
     ("third_party.txt", include_str!("../third_party.txt")),
 ];
 
-/// Deflate alone, sorted entries, one fixed time: the same input gives the same bytes.
+/// Writes a zip with Deflate only, sorted entries and a fixed time: the same input gives the same bytes.
 pub(crate) fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip::result::ZipError> {
     let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
     for (name, content) in entries {
@@ -239,7 +237,7 @@ pub(crate) fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip
     Ok(writer.finish()?.into_inner())
 }
 
-/// The first paragraphs of the page that importers show: the content, and whether it is certified.
+/// Returns the first paragraphs of the page that importers show: the contents, and the status of the proofs.
 fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
     let steered: Vec<String> = designs.iter().map(|(_, stored)| stored.controller.steered()).collect();
     let what = match kind {
@@ -261,7 +259,7 @@ fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
     std::iter::once(what).chain(bounds).chain(coupled).chain(unproved).collect()
 }
 
-/// The bound of a design, and whether it is certified.
+/// Returns a statement of the bound of a design and of its proof.
 fn bound(stored: &Stored) -> String {
     let gamma = &stored.controller.gamma;
     let scheduling = &stored.controller.scheduling;
@@ -292,7 +290,7 @@ mod tests {
     use squid_model_description::{Causality, ScalarVariable};
     use squid_scheduled::{ControllerInput, Gamma, Kind as Part, LftMatrices};
 
-    /// The committed design, whose controller measures more than its design file asks for.
+    /// Returns the committed design with additional measurements that the controller does not use.
     fn measuring(measured: &[(&str, &str)]) -> (Inputs, Stored) {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "design").unwrap();
@@ -316,13 +314,13 @@ mod tests {
         (inputs, stored)
     }
 
-    /// An FMU without its bytes.
+    /// Returns an FMU without its bytes.
     fn unpacked(kind: Kind, designs: Designs<'_>) -> Packed {
         let Prepared { identifier, description, .. } = prepare(kind, designs, Interfaces::All).unwrap();
         Packed { path: identifier.into(), bytes: Vec::new(), description }
     }
 
-    /// The members of a plug.
+    /// Returns the members of a plug.
     fn plug(kind: Kind, of: &Packed, designs: Designs<'_>) -> Vec<String> {
         let text =
             String::from_utf8(terminals(kind, &of.description, &controllers(designs)).unwrap().unwrap())
@@ -331,7 +329,7 @@ mod tests {
         members.map(str::to_owned).collect()
     }
 
-    /// The files of the SSP of plant and controller, by their names.
+    /// Returns a function that reads files of the SSP of plant and controller by name.
     fn read_system(
         plant: &Packed,
         controller: &Packed,
@@ -349,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_design_measures_is_wired() {
+    fn connects_measured_signals() {
         let wires = |measured: &[(&str, &str)]| {
             let (inputs, stored) = measuring(measured);
             let designs = &[(&inputs, &stored)];
@@ -387,7 +385,7 @@ mod tests {
         );
     }
 
-    /// A design of REMUS 100 whose controller does nothing.
+    /// Returns a design of REMUS 100 whose controller does nothing.
     fn idle(axis: &str) -> (Inputs, Stored) {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/remus100"));
         let inputs = Inputs::read_axis(vehicle, "design", Some(axis)).unwrap();
@@ -413,7 +411,7 @@ mod tests {
     }
 
     #[test]
-    fn a_design_of_heading_is_packed_beside_another() {
+    fn packs_heading_design_with_another() {
         let (depth, heading) = (idle("depth"), idle("heading"));
         let first = (&depth.0, &depth.1);
         let alone = &[first];
@@ -462,7 +460,7 @@ mod tests {
     }
 
     #[test]
-    fn every_input_output_and_parameter_but_enumerations_has_a_connector() {
+    fn inputs_outputs_and_parameters_have_connectors() {
         let (inputs, stored) = measuring(&[]);
         let designs: Designs<'_> = &[(&inputs, &stored)];
         let [plant, controller] = [Kind::Plant, Kind::Controller].map(|kind| unpacked(kind, designs));

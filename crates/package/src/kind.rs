@@ -1,29 +1,29 @@
-//! The kinds of FMU.
+//! Kinds of FMU.
 
 pub use squid_model_description::Interfaces;
 
-/// The kinds of FMU.
+/// Kind of an FMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// The vehicle.
+    /// Vehicle.
     Plant,
-    /// The autopilot.
+    /// Autopilot.
     Controller,
-    /// Both in one loop.
+    /// Closed loop of vehicle and autopilot.
     Squid,
 }
 
 impl Kind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Kind; 3] = [Kind::Plant, Kind::Controller, Kind::Squid];
 
-    /// Those that have an interface: a sampled controller has no continuous state to integrate.
+    /// Returns the kinds that support an interface: a sampled controller has no continuous state to integrate.
     pub fn with(interfaces: Interfaces) -> Vec<Kind> {
         let has = |kind: &Kind| interfaces != Interfaces::ModelExchange || *kind != Kind::Controller;
         Self::ALL.into_iter().filter(has).collect()
     }
 
-    /// The crate that is its shared library.
+    /// Returns the name of the crate of the shared library.
     pub fn library(self) -> &'static str {
         match self {
             Kind::Plant => "squid-fmu-plant-library",

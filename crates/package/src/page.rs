@@ -1,4 +1,4 @@
-//! The page of a finished FMU, made again from the files of its vehicle.
+//! Page of a finished FMU, regenerated from the files of its vehicle.
 
 use crate::fmu::documentation;
 use crate::kind::Kind;
@@ -11,17 +11,17 @@ use squid_report::report::brief;
 use squid_scheduled::ControllerDesign;
 use std::path::Path;
 
-/// Vehicle and design files to which something is compared.
+/// Vehicle and design files used for comparison.
 #[derive(Debug, Clone, Copy)]
 pub struct Given<'a> {
-    /// The files of each axis.
+    /// Files of each axis.
     pub inputs: &'a [&'a Inputs],
-    /// The command that writes the report of the first, as the page in an FMU names it.
+    /// Command that writes the report of the first axis, as the page in an FMU states it.
     pub report: &'a str,
 }
 
-/// The page of an FMU, made again with the figures of its design; `None` if the design is not stored in the folder of
-/// the FMU.
+/// Returns the page of an FMU, regenerated with the figures of its design; `None` if the design is not stored in the
+/// folder of the FMU.
 pub(crate) fn page(
     path: &Path,
     kind: Kind,

@@ -1,4 +1,4 @@
-//! The platforms that an FMU may carry a binary for, and where cargo puts each.
+//! Platforms for which an FMU may contain a binary, and the directories in which cargo writes it.
 
 use crate::error::Error;
 use crate::kind::Kind;
@@ -10,32 +10,32 @@ use std::path::{Path, PathBuf};
 pub struct Platform {
     /// Name of the folder in the FMU.
     pub folder: &'static str,
-    /// Target triple; of the platform of this program itself, none: cargo then names no folder after it.
+    /// Target triple; `None` for the platform of this program, for which cargo uses no folder of that name.
     pub triple: Option<&'static str>,
     prefix: &'static str,
     suffix: &'static str,
 }
 
-/// The platforms of `--platforms all`.
+/// Platforms of `--platforms all`.
 const ALL: [Platform; 4] = [
     Platform { folder: "linux64", triple: Some("x86_64-unknown-linux-gnu"), prefix: "lib", suffix: ".so" },
     Platform { folder: "win64", triple: Some("x86_64-pc-windows-gnu"), prefix: "", suffix: ".dll" },
-    // A separate folder: a tool on x86-64 loads whatever is in linux64.
+    // A separate folder, because a tool on x86-64 loads whatever is in linux64.
     Platform {
         folder: "aarch64-linux",
         triple: Some("aarch64-unknown-linux-gnu"),
         prefix: "lib",
         suffix: ".so",
     },
-    // One library with both processors in it: tools on both look in this folder. The name is cargo-zigbuild's.
+    // One universal library for both processors, whose tools look in the same folder. The name is cargo-zigbuild's.
     Platform { folder: "darwin64", triple: Some("universal2-apple-darwin"), prefix: "lib", suffix: ".dylib" },
 ];
 
 impl Platform {
-    /// The platforms that a command line names: `host`, `all`, or folder names of FMI, each once.
+    /// Returns the platforms named on a command line: `host`, `all`, or folder names of FMI, without duplicates.
     ///
     /// # Errors
-    /// [`Error::Platform`] when FMI has no name for this program's own platform, [`Error::UnknownPlatform`].
+    /// [`Error::Platform`] if FMI has no name for the platform of this program, [`Error::UnknownPlatform`].
     pub fn named(names: &[String]) -> Result<Vec<Self>, Error> {
         let mut platforms: Vec<Self> = Vec::new();
         for name in names {
@@ -53,13 +53,13 @@ impl Platform {
         Ok(platforms)
     }
 
-    /// Every platform, this program's own first.
+    /// Returns all platforms, that of this program first.
     pub fn every() -> Vec<Self> {
         let named = |names: &[&str]| Self::named(&names.iter().map(|&name| name.into()).collect::<Vec<_>>());
         named(&["host", "all"]).unwrap_or_else(|_| ALL.to_vec())
     }
 
-    /// The platform that this program was built for.
+    /// Returns the platform of this program.
     fn host() -> Result<Self, Error> {
         let folder = match (OS, ARCH) {
             ("linux", "x86_64") => "linux64",
@@ -72,16 +72,16 @@ impl Platform {
         Ok(Self { folder, triple: None, prefix: DLL_PREFIX, suffix: DLL_SUFFIX })
     }
 
-    /// Path of the binary inside the FMU.
+    /// Returns the path of the binary inside the FMU.
     pub fn entry(self, identifier: &str) -> String {
         format!("binaries/{}/{identifier}{}", self.folder, self.suffix)
     }
 
-    /// Looks for the shared library in `binaries`; or beside this program as cargo lays it out, and then in `target` of
-    /// the working directory, for a program that is installed elsewhere. That of this program's own platform may have
-    /// been built with the name of the platform or without it; the newest is taken.
+    /// Finds the shared library in `binaries`, or by default in cargo's layout relative to this program, then in
+    /// `target` of the working directory (for an installed program). For the platform of this program, a build with or
+    /// without the target triple is accepted; the newest is used.
     ///
-    /// For another platform than this program's, it is in a folder named for the platform below `binaries`.
+    /// For another platform, the library is in a folder named for the platform below `binaries`.
     ///
     /// # Errors
     /// [`Error::NoBinary`].
@@ -89,7 +89,7 @@ impl Platform {
         let library = format!("{}{}{}", self.prefix, kind.library().replace('-', "_"), self.suffix);
         let beside = std::env::current_exe().ok().and_then(|exe| Some(exe.parent()?.to_path_buf()));
         let targets = beside.iter().map(|beside| beside.join("..")).chain([PathBuf::from("target")]);
-        let places: Vec<PathBuf> = match (binaries, self.triple) {
+        let directories: Vec<PathBuf> = match (binaries, self.triple) {
             (Some(directory), None) => vec![directory.to_path_buf()],
             (Some(directory), Some(_)) => vec![directory.join(self.folder)],
             (None, None) => {
@@ -103,27 +103,27 @@ impl Platform {
             }
             (None, Some(triple)) => targets.map(|target| target.join(triple).join("fmu")).collect(),
         };
-        newest(&places, &library).ok_or_else(|| Error::NoBinary {
-            places: places.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", "),
+        newest(&directories, &library).ok_or_else(|| Error::NoBinary {
+            places: directories.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", "),
             how: self.how(kind),
             library,
         })
     }
 
-    /// The command that builds the shared library.
+    /// Returns the command that builds the shared library.
     fn how(self, kind: Kind) -> String {
-        let words = format!("build --profile fmu -p {}", kind.library());
+        let arguments = format!("build --profile fmu -p {}", kind.library());
         match self.triple {
-            None => format!("cargo {words}"),
-            Some(triple) => format!("cargo-zigbuild {words} --target {triple}"),
+            None => format!("cargo {arguments}"),
+            Some(triple) => format!("cargo-zigbuild {arguments} --target {triple}"),
         }
     }
 }
 
-/// The file of this name in these places that was written last.
-fn newest(places: &[PathBuf], name: &str) -> Option<PathBuf> {
-    let there = places.iter().map(|place| place.join(name)).filter(|path| path.is_file());
-    there.max_by_key(|path| path.metadata().and_then(|found| found.modified()).ok())
+/// Returns the newest file of this name in the given directories.
+fn newest(directories: &[PathBuf], name: &str) -> Option<PathBuf> {
+    let found = directories.iter().map(|directory| directory.join(name)).filter(|path| path.is_file());
+    found.max_by_key(|path| path.metadata().and_then(|metadata| metadata.modified()).ok())
 }
 
 fn unknown(name: &str) -> Error {
@@ -144,14 +144,14 @@ mod tests {
     }
 
     #[test]
-    fn each_platform_is_taken_once() {
+    fn removes_duplicate_platforms() {
         assert_eq!(folders(&["all"]), ["linux64", "win64", "aarch64-linux", "darwin64"]);
         assert_eq!(folders(&["win64", "all"]), ["win64", "linux64", "aarch64-linux", "darwin64"]);
         assert_eq!(folders(&["host"]).len(), 1);
     }
 
     #[test]
-    fn an_unknown_platform_is_told_what_is_known() {
+    fn message_lists_known_platforms() {
         let message = Platform::named(&["linux".into()]).unwrap_err().to_string();
         assert_eq!(
             message,
@@ -160,27 +160,27 @@ mod tests {
     }
 
     #[test]
-    fn of_two_builds_the_newest_is_packed() {
+    fn finds_newest_of_two_builds() {
         let folder = tempfile::tempdir().unwrap();
-        let places =
-            ["fmu", "x86_64-unknown-linux-gnu/fmu", "nowhere"].map(|place| folder.path().join(place));
+        let directories =
+            ["fmu", "x86_64-unknown-linux-gnu/fmu", "nowhere"].map(|directory| folder.path().join(directory));
         let name = "libsquid_fmu_plant_library.so";
-        let [one, other] = [&places[0], &places[1]].map(|place| {
-            std::fs::create_dir_all(place).unwrap();
-            std::fs::File::create(place.join(name)).unwrap()
+        let [one, other] = [&directories[0], &directories[1]].map(|directory| {
+            std::fs::create_dir_all(directory).unwrap();
+            std::fs::File::create(directory.join(name)).unwrap()
         });
         let now = std::time::SystemTime::now();
         let earlier = now - std::time::Duration::from_secs(60);
-        for (first, second, expected) in [(now, earlier, &places[0]), (earlier, now, &places[1])] {
+        for (first, second, expected) in [(now, earlier, &directories[0]), (earlier, now, &directories[1])] {
             one.set_modified(first).unwrap();
             other.set_modified(second).unwrap();
-            assert_eq!(newest(&places, name), Some(expected.join(name)));
+            assert_eq!(newest(&directories, name), Some(expected.join(name)));
         }
-        assert_eq!(newest(&places, "libsquid_fmu_loop_library.so"), None);
+        assert_eq!(newest(&directories, "libsquid_fmu_loop_library.so"), None);
     }
 
     #[test]
-    fn a_missing_binary_says_how_to_build_it() {
+    fn message_says_how_to_build_missing_binary() {
         let empty = tempfile::tempdir().unwrap();
         let [.., arm, _] = ALL;
         let message = arm.find(Kind::Squid, Some(empty.path())).unwrap_err().to_string();

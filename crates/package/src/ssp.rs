@@ -1,16 +1,15 @@
-//! Plant and controller wired into one system, as System Structure and Parameterization (SSP) 1.0 describes it:
+//! Plant and controller connected as one system, in System Structure and Parameterization (SSP) 1.0:
 //!
 //! ```text
-//! SystemStructure.ssd     the default variant, at a speed V in the middle of the range
-//! speed_V.ssd             a variant at each other speed V along the path
+//! SystemStructure.ssd     default variant, at a speed V at the centre of the range
+//! speed_V.ssd             one variant for each other speed V along the path
 //! resources/*.fmu         both FMUs
 //! resources/*_V.ssv       start values of each for that speed: trim, with a constant reference a step above it
 //! ```
 //!
-//! The parameter sets are bound to the components and not to the system, and the references are inputs of the
-//! component `controller` and not of the system: libcosim and Ecos ignore or refuse the other way. Section numbers
-//! are those of the standard's document "System Structure and Parameterization", version 1.0 (Modelica Association,
-//! 2019).
+//! The parameter sets are bound to the components, not to the system, and the references are inputs of the component
+//! `controller`, not of the system: libcosim and Ecos ignore or refuse the alternatives. Section numbers are those of
+//! "System Structure and Parameterization", version 1.0 (Modelica Association, 2019).
 
 mod types;
 
@@ -29,23 +28,23 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// How many speeds have a variant.
+/// Number of speeds with a variant.
 const VARIANTS: usize = 6;
 
 const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
 const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
 const SSV: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
-/// The namespace of OMSimulator's annotations (`schema/oms.xsd` of that project).
+/// Namespace of OMSimulator's annotations (`schema/oms.xsd` of that project).
 const OMS: &str = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd";
-/// Required by OMSimulator's schema; a master with a fixed step does not use it.
+/// Tolerance required by OMSimulator's schema; a master with a fixed step does not use it.
 const UNUSED_TOLERANCE: &str = "0.0001";
 const TOOL: &str = concat!("squid ", env!("CARGO_PKG_VERSION"));
 
-/// A block of the system: what it is, and its FMU.
+/// A component of the system: its kind and its FMU.
 pub type Component<'a> = (Kind, &'a Packed);
 
-/// Packs the system of some components, in memory, and returns the path in `directory` that it belongs to. Each output
-/// of one is wired to the inputs of its name of the others.
+/// Packs the system of some components, in memory, and returns its path in `directory`. Each output of a component is
+/// connected to the inputs of the same name of the others.
 ///
 /// # Errors
 /// [`Error::Zip`], [`Error::Ssp`].
@@ -89,7 +88,7 @@ pub fn pack(
     Ok((path, packed))
 }
 
-/// Rows of the trim table, spread evenly and away from both ends, which a step overshoots.
+/// Returns rows of the trim table, spread evenly and away from both ends, because a step overshoots.
 fn speeds(trim: &[TrimPoint]) -> Vec<&TrimPoint> {
     let last = trim.len().saturating_sub(1);
     let mut rows: Vec<usize> =
@@ -98,7 +97,7 @@ fn speeds(trim: &[TrimPoint]) -> Vec<&TrimPoint> {
     rows.iter().filter_map(|&row| trim.get(row)).collect()
 }
 
-/// What each component starts with: the plant in trim at the speed, the references a step above that.
+/// Returns the start values of a component: the plant in trim at the speed, the references a step above it.
 fn start_values(
     kind: Kind,
     packed: &Packed,
@@ -116,9 +115,9 @@ fn start_values(
                 State::in_plane(Motion::in_plane(at.forward_speed, at.heave, 0.0, at.pitch), 0.0, depth);
             let mut values: Vec<(&str, f64)> = Vec::new();
             for view in VIEWS {
-                // The speed is among each.
+                // Every view has the speed.
                 let is_new = |(name, _): &(&str, f64)| values.iter().all(|(other, _)| other != name);
-                let new = wanted(view.interface.signals, &view.measured(&level), manoeuvre);
+                let new = signals_and_references(view.interface.signals, &view.measured(&level), manoeuvre);
                 let new: Vec<_> = new.into_iter().filter(is_new).collect();
                 values.extend(new);
             }
@@ -129,8 +128,12 @@ fn start_values(
     values.into_iter().filter(|(name, _)| known(name)).collect()
 }
 
-/// The signals of an axis in level flight, and their references a step above that.
-fn wanted(signals: &[Signal], level: &[f64], manoeuvre: &Manoeuvre) -> Vec<(&'static str, f64)> {
+/// Returns the signals of an axis in level flight, and its references a step above them.
+fn signals_and_references(
+    signals: &[Signal],
+    level: &[f64],
+    manoeuvre: &Manoeuvre,
+) -> Vec<(&'static str, f64)> {
     let each = || signals.iter().zip(level);
     let step = |(signal, level): (&Signal, &f64)| {
         Some((signal.reference?.name, level + manoeuvre.step(signal.name)))
@@ -164,8 +167,8 @@ struct System<'a> {
 }
 
 impl System<'_> {
-    /// The system structure description (section 5.2). Its name tells the variants apart (section 5.2, attribute
-    /// `name`).
+    /// Returns the system structure description (section 5.2). Its name distinguishes the variants (section 5.2,
+    /// attribute `name`).
     fn description(&self) -> io::Result<Vec<u8>> {
         document(|xml| {
             let root = [
@@ -201,8 +204,8 @@ impl System<'_> {
         self.master(xml)
     }
 
-    /// The step of the master, in the annotation that OMSimulator reads and others ignore: one sample of the
-    /// controller.
+    /// Writes the step of the master, one sample time of the controller, as the annotation that OMSimulator reads and
+    /// other tools ignore.
     fn master(&self, xml: &mut Xml) -> io::Result<()> {
         let step = format!("{:?}", self.sample_time);
         let master =
@@ -236,7 +239,7 @@ impl System<'_> {
     }
 }
 
-/// Wires each output of one component to the input of that name of the other (section 5.3.3).
+/// Connects each output of one component to the input of that name of the other (section 5.3.3).
 fn connections(xml: &mut Xml, from: Component<'_>, to: Component<'_>) -> io::Result<()> {
     for one in connected(&from.1.description).filter(|one| one.causality == Causality::Output) {
         let name = one.name.as_str();
@@ -254,7 +257,7 @@ fn connections(xml: &mut Xml, from: Component<'_>, to: Component<'_>) -> io::Res
     Ok(())
 }
 
-/// A set of start values, with their units (section 6).
+/// Returns a set of start values, with their units (section 6).
 fn parameter_set(name: &str, of: &ModelDescription, values: &[(&str, f64)]) -> io::Result<Vec<u8>> {
     let unit = |name: &str| of.variables.iter().find(|one| one.name == name).and_then(ScalarVariable::unit);
     document(|xml| {
@@ -301,13 +304,13 @@ mod tests {
     }
 
     #[test]
-    fn speeds_are_spread_evenly_and_not_at_the_ends() {
+    fn spreads_speeds_evenly_inside_the_range() {
         assert_eq!(chosen(26), [2.0, 6.0, 10.0, 15.0, 19.0, 23.0]);
         assert_eq!(chosen(61), [5.0, 15.0, 25.0, 35.0, 45.0, 55.0]);
     }
 
     #[test]
-    fn a_short_table_gives_each_row_once() {
+    fn short_table_gives_each_row_once() {
         assert_eq!(chosen(2), [0.0, 1.0]);
         assert_eq!(chosen(3), [0.0, 1.0, 2.0]);
     }

@@ -1,6 +1,6 @@
-//! `terminalsAndIcons/terminalsAndIcons.xml`: plant and controller have a plug each that fits the other's, so that
-//! one gesture wires them. The form is that of FMI 3.0 (schema `fmi3TerminalsAndIcons.xsd`), which tools read in FMUs
-//! of FMI 2.0 too.
+//! Terminals (`terminalsAndIcons/terminalsAndIcons.xml`): plant and controller have one matching plug each, so that
+//! tools connect them in one operation. The format is that of FMI 3.0 (schema `fmi3TerminalsAndIcons.xsd`), which tools
+//! also read in FMUs of FMI 2.0.
 
 use crate::kind::Kind;
 use squid_model_description::ModelDescription;
@@ -8,16 +8,16 @@ use squid_model_description::element::{NONE, Xml, document, leaf, parent};
 use squid_scheduled::ControllerDesign;
 use std::io;
 
-/// What goes through the plug, in the order of the designs: measurements one way, commands the other.
+/// Returns the members of the plug, in the order of the designs: measurements in one direction, commands in the other.
 fn members<'a>(of: &ModelDescription, designs: &[&'a ControllerDesign]) -> Vec<&'a str> {
     let measured = designs.iter().flat_map(|design| {
-        let places = design.signals.iter().enumerate().filter(|(index, _)| design.measures(*index));
-        places.map(|(_, signal)| signal.name.as_str())
+        let signals = design.signals.iter().enumerate().filter(|(index, _)| design.measures(*index));
+        signals.map(|(_, signal)| signal.name.as_str())
     });
     let commands = designs.iter().flat_map(|design| design.actuators.iter().map(|one| one.name.as_str()));
     let mut members = vec![];
     for name in measured.chain(commands).filter(|name| of.position(name).is_some()) {
-        // The axes measure the speed, each of them.
+        // Every axis measures the speed.
         if !members.contains(&name) {
             members.push(name);
         }
@@ -25,7 +25,7 @@ fn members<'a>(of: &ModelDescription, designs: &[&'a ControllerDesign]) -> Vec<&
     members
 }
 
-/// The terminals of an FMU; the loop, in which everything is wired, has none.
+/// Returns the terminals of an FMU; the closed loop, in which everything is connected, has none.
 pub(crate) fn terminals(
     kind: Kind,
     of: &ModelDescription,

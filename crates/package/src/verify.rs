@@ -1,8 +1,8 @@
 //! Proves the certificate of an FMU or of a file, in exact arithmetic.
 //!
-//! Of an FMU it also checks that the certificate is about the controller in the FMU, and, given vehicle and design
+//! For an FMU it also checks that the certificate belongs to the controller in the FMU and, given vehicle and design
 //! file, that plant, ball and all other resources of the FMU follow from them. Other files are compared with those that
-//! this squid packs.
+//! this version of squid packs.
 
 use crate::archive::FmuArchive;
 use crate::c::{self, CONTROLLER};
@@ -30,26 +30,26 @@ use squid_scheduled::{ControllerDesign, Manoeuvre};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// What is verified against vehicle and design file alone.
+/// Statement of what only vehicle and design file can verify.
 const NOT_RECOMPUTED: &str = "not verified without --vehicle: scales, trims, limits of the commands, what references \
                               are limited to, and vehicle and manoeuvre of a loop";
 
-/// The claims in the units that a controller file declares, where nobody checked its scales.
-fn as_declared(terms: &Terms, theorem: &Theorem) -> String {
+/// Returns the claims in the units that a controller file declares, for scales that are not verified.
+fn claims_as_declared(terms: &Terms, theorem: &Theorem) -> String {
     let claims = lines(theorem, Some(terms)).join("; ");
     format!("by the scales that {CONTROLLER} declares, which are not verified without --vehicle: {claims}")
 }
 
-/// What was verified of a file.
+/// Result of verifying a file.
 #[derive(Debug, Clone)]
 pub struct Verification {
-    /// One for each axis, at least one.
+    /// Result for each axis, at least one.
     pub axes: Vec<Verified>,
-    /// What is proved of both axes in turns.
+    /// Claim proved for both axes in turns.
     pub coupling: Option<String>,
-    /// What was verified of the file beside its axes.
+    /// Statements about the file besides its axes.
     pub about: Vec<String>,
-    /// The files in an FMU that the proof says nothing of.
+    /// Files in an FMU that the proof does not cover.
     pub contents: Contents,
 }
 
@@ -59,32 +59,31 @@ impl From<Verified> for Verification {
     }
 }
 
-/// What was verified of an axis.
+/// Result of verifying an axis.
 #[derive(Debug, Clone)]
 pub struct Verified {
-    /// What the axis steers; empty if the file does not say.
+    /// Quantity that the axis steers; empty if the file does not state it.
     pub axis: String,
-    /// The theorem.
+    /// Proved theorem.
     pub theorem: Theorem,
-    /// Name of vehicle and design, when the file says so, and what was computed again.
+    /// Name of vehicle and design if the file states it, and statements of what was recomputed.
     pub about: Vec<String>,
-    /// What is proved, a line a claim.
+    /// Proved claims, one per line.
     pub lines: Vec<String>,
-    /// What is not proved of saturated commands.
+    /// Statement of what is not proved for saturated commands.
     pub unproved: Option<String>,
-    /// The largest step that the claim with limits is of; where it is known what the step is counted in.
+    /// Largest step covered by the claim with limits, if its unit is known.
     pub step: Option<ClaimedStep>,
 }
 
-/// Verifies an FMU (by its extension) or a certificate as JSON; against vehicle and design file, if given.
+/// Verifies an FMU (by its extension) or a JSON certificate, against vehicle and design file if given.
 ///
 /// # Errors
 /// [`files::Error::Unreadable`], [`Error::Archive`], [`Error::NoCertificate`],
 /// [`ProofError::Certificate`](squid_proof::error::ProofError::Certificate),
 /// [`ProofError::Mismatch`](squid_proof::error::ProofError::Mismatch),
 /// [`CertifyError::NoResidual`](squid_design::error::CertifyError::NoResidual), [`Error::WrongGuid`],
-/// [`Error::NotOfInputs`], [`Error::OtherAxes`],
-/// [`ProofError::Unproved`](squid_proof::error::ProofError::Unproved).
+/// [`Error::NotOfInputs`], [`Error::OtherAxes`], [`ProofError::Unproved`](squid_proof::error::ProofError::Unproved).
 pub fn verify(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Error> {
     let name = path.display().to_string();
     let inputs = given.map(|given| given.inputs);
@@ -106,8 +105,8 @@ pub fn verify(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Err
     })
 }
 
-/// Verifies the source of a controller against the certificate and the design that were written beside it; these
-/// against vehicle and design file, if they are there.
+/// Verifies the source of a controller against the certificate and the design next to it, and these against vehicle and
+/// design file if given.
 ///
 /// # Errors
 /// [`Error::NotBeside`], [`Error::Source`], and those of [`verify`].
@@ -139,7 +138,7 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
     let terms = Terms::of(&design, &theorem, manoeuvre);
     let mut verified = Verified::in_terms(&design, theorem, terms, inputs.is_some());
     if let Some(inputs) = inputs {
-        made_of(design, text, None, inputs)
+        check_follows_from(design, text, None, inputs)
             .map_err(|reason| Error::NotOfInputs { path: shown.to_string(), reason })?;
         about.push(format!("{} follows from {}", CONTROLLER, named(inputs)));
     }
@@ -148,26 +147,27 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
 }
 
 impl Verified {
-    /// The claims of a controller file, in its terms if these are checked; else in those of its certificate.
+    /// Returns the claims of a controller file, in its own units if these are checked, else in those of its
+    /// certificate.
     fn in_terms(design: &ControllerDesign, theorem: Theorem, terms: Terms, checked: bool) -> Self {
         let axis = design.steered();
         let unproved = unproved(&theorem, &terms);
         let (lines, about, step) = if checked {
             (lines(&theorem, Some(&terms)), vec![], ClaimedStep::of(design, &theorem))
         } else {
-            (lines(&theorem, None), vec![NOT_RECOMPUTED.into(), as_declared(&terms, &theorem)], None)
+            (lines(&theorem, None), vec![NOT_RECOMPUTED.into(), claims_as_declared(&terms, &theorem)], None)
         };
         Self { axis, theorem, about, lines, unproved, step }
     }
 }
 
-/// Whether a file begins as a zip does, whatever it is called; one that is called an FMU is to be one.
+/// Returns `true` if a file starts as a zip does, or has the extension of an FMU.
 fn is_archive(path: &Path) -> Result<bool, Error> {
     let unreadable = |reason| files::Error::Unreadable { path: path.display().to_string(), reason };
     let mut start = Vec::new();
     if path.is_dir() {
-        let words = "it is a directory; name an FMU or a certificate.json (a vehicle's directory goes with --vehicle)";
-        return Err(unreadable(io::Error::new(io::ErrorKind::IsADirectory, words)).into());
+        let hint = "it is a directory; name an FMU or a certificate.json (a vehicle's directory goes with --vehicle)";
+        return Err(unreadable(io::Error::new(io::ErrorKind::IsADirectory, hint)).into());
     }
     files::open(path)?.take(2).read_to_end(&mut start).map_err(unreadable)?;
     Ok(start == b"PK" || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu")))
@@ -191,10 +191,10 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
         let (vehicle, design) = (&inputs.axis(), &inputs.design);
         let model = Model::new(vehicle, design)?;
         if let Some(found) = stored::check_inputs(&certificate, inputs, &model)? {
-            return of_plant(with_uncertainty(path, &certificate, inputs, &found)?);
+            return of_plant(describe_uncertain(path, &certificate, inputs, &found)?);
         }
         if sampled::check_inputs(&certificate, vehicle, design, &model)?.is_some() {
-            return of_plant(at_ticks(path, &certificate, inputs)?);
+            return of_plant(describe_sampled(path, &certificate, inputs)?);
         }
         step = ClaimedStep::of_file(design, &theorem);
         terms = Some(Terms::of_file(design, &theorem));
@@ -212,8 +212,8 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
     Ok(Verified { axis: String::new(), lines, unproved, theorem, about, step })
 }
 
-/// What was verified of a certificate with uncertain parameters, whose plant is that of the inputs.
-fn with_uncertainty(
+/// Returns statements about a certificate with uncertain parameters whose plant is that of the inputs.
+fn describe_uncertain(
     path: &Path,
     certificate: &Certificate,
     inputs: &Inputs,
@@ -227,15 +227,15 @@ fn with_uncertainty(
         100.0 * found.fraction,
         found.declared
     );
-    let controller = compared(path, |design| {
+    let controller = compare_controller(path, |design| {
         same_controller(&design.lft, certificate)?;
         Ok(String::new())
     })?;
     Ok(vec![plant, controller])
 }
 
-/// Compares the controller beside a certificate, if there is one; `same` returns more words about it.
-fn compared(
+/// Compares the controller next to a certificate, if there is one; `same` returns further text about it.
+fn compare_controller(
     path: &Path,
     same: impl FnOnce(&ControllerDesign) -> Result<String, Error>,
 ) -> Result<String, Error> {
@@ -249,8 +249,8 @@ fn compared(
     Ok(format!("{shown}: its controller is that of {CONTROLLER} beside it{more}"))
 }
 
-/// What was verified of a certificate of the loop as it is sampled, whose plant is that of the inputs.
-fn at_ticks(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<Vec<String>, Error> {
+/// Returns statements about a certificate of the sampled loop whose plant is that of the inputs.
+fn describe_sampled(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<Vec<String>, Error> {
     let (shown, tick) = (path.display(), inputs.design.sample_time);
     let plant = format!(
         "{shown}: its plant is that of {}, in the continuous time to which the trapezoidal rule maps ticks of {tick} \
@@ -258,7 +258,7 @@ fn at_ticks(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<V
          constant from tick to tick",
         named(inputs)
     );
-    let controller = compared(path, |design| {
+    let controller = compare_controller(path, |design| {
         let ticks = inputs.design.delay_ticks();
         sampled::check_controller(design, ticks, certificate)?;
         Ok(format!(", with a delay of {ticks} ticks"))
@@ -298,16 +298,17 @@ fn verify_fmu(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Err
     let manoeuvre = resources.text("manoeuvre.json").ok().and_then(|text| Manoeuvre::from_json(text).ok());
     let owned: Vec<ControllerDesign> = proved.iter().map(|proved| proved.design.clone()).collect();
     let controllers: Vec<&ControllerDesign> = owned.iter().collect();
-    let axis = |(place, proved): (usize, Proved)| {
+    let axis = |(index, proved): (usize, Proved)| {
         let Proved { design, text, certificate, theorem, covered } = proved;
         check_autopilot(&design, &certificate)?;
-        let inputs = inputs.and_then(|inputs| inputs.get(place).copied());
+        let inputs = inputs.and_then(|inputs| inputs.get(index).copied());
         let flown = manoeuvre.as_ref().or(inputs.map(|inputs| &inputs.design.manoeuvre));
         let terms = Terms::of(&design, &theorem, flown);
         let mut verified = Verified::in_terms(&design, theorem, terms, inputs.is_some());
         verified.about.insert(0, covered);
         if let Some(inputs) = inputs {
-            made_of(design, text, resources.text("plant.json").ok(), inputs).map_err(not_of_inputs)?;
+            check_follows_from(design, text, resources.text("plant.json").ok(), inputs)
+                .map_err(not_of_inputs)?;
             verified.about.push(format!(
                 "the controller that is proved, and all other resources, the limits of its references among them, \
                  follow from {}",
@@ -317,7 +318,7 @@ fn verify_fmu(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Err
         Ok::<_, Error>(verified)
     };
     let axes: Vec<Verified> = proved.into_iter().enumerate().map(axis).collect::<Result<_, _>>()?;
-    // After the axes, because other files than those of the design are told as such.
+    // Compared after the axes, because a change of the design files is reported as such first.
     inputs.map_or(Ok(()), |inputs| same_files(resources, inputs)).map_err(not_of_inputs)?;
     let (coupling, about) = coupling::verify(path, resources, &controllers, inputs)?;
     let proofs: Vec<&Theorem> = axes.iter().map(|axis| &axis.theorem).collect();
@@ -327,14 +328,14 @@ fn verify_fmu(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Err
     Ok(Verification { axes, coupling, about: about.into_iter().collect(), contents })
 }
 
-/// An axis of an FMU whose certificate is proved, and is of its controller.
+/// An axis of an FMU with a proved certificate that belongs to its controller.
 struct Proved {
     design: ControllerDesign,
-    /// The text of the certificate.
+    /// Text of the certificate.
     text: String,
     certificate: Certificate,
     theorem: Theorem,
-    /// Of what vehicle and design it is, and whether a model error is covered.
+    /// Statement of vehicle and design, and of the coverage of a model error.
     covered: String,
 }
 
@@ -367,7 +368,7 @@ impl Proved {
     }
 }
 
-/// Vehicle and design, as what is compared with them is said.
+/// Returns a text that names the vehicle and design used for a comparison.
 pub fn named(inputs: &Inputs) -> String {
     let directory = inputs.directory.display();
     format!(
@@ -376,7 +377,7 @@ pub fn named(inputs: &Inputs) -> String {
     )
 }
 
-/// That the axes of a file are not those of a design.
+/// Returns the error for a file whose axes are not those of a design.
 fn other_axes(path: &str, found: &str, inputs: &[&Inputs]) -> Error {
     let design = inputs.first().map(|one| one.design.file.clone()).unwrap_or_default();
     let axes: Vec<&str> = inputs.iter().map(|one| one.design.steered()).collect();
@@ -398,9 +399,9 @@ fn same_files(resources: &Resources, inputs: &[&Inputs]) -> Result<(), String> {
     }
 }
 
-/// Checks that an axis, with the LPV model beside it, is what vehicle and design file make of the controller's
-/// matrices, and that the certificate is of their plant: what is asked before an FMU is packed.
-fn made_of(
+/// Checks that an axis, with the LPV model next to it, follows from vehicle and design file and the controller's
+/// matrices, and that the certificate is that of their plant, as required before packing an FMU.
+fn check_follows_from(
     controller: ControllerDesign,
     certificate: String,
     plant: Option<&str>,
@@ -409,7 +410,7 @@ fn made_of(
     if let Some(what) = inputs.changed_since(&controller.inputs) {
         return Err(format!("{what} differs from the one it was designed from (its SHA-256 differs)"));
     }
-    // The LPV model is of surge, heave and pitch.
+    // The LPV model is that of surge, heave and pitch.
     let plant = match plant.filter(|_| !inputs.design.view().is_level_held) {
         Some(text) => Some(LpvModel::from_json(text, "plant.json").map_err(|e| e.to_string())?),
         None => {

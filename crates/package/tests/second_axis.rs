@@ -1,5 +1,5 @@
-//! A second axis, made up here, with states and signals of its own: a double integrator whose thruster grows stronger
-//! with the speed. It goes through design, proof, freezing, FMU and C like the longitudinal vehicle.
+//! A made-up second axis with its own states and signals: a double integrator whose thruster becomes more effective
+//! with speed. It passes design, proof, freezing, FMU and C like the longitudinal vehicle.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 #[path = "../../fmi2/tests/flight/mod.rs"]
@@ -82,13 +82,13 @@ static SIGNALS: [Signal; 3] = [
 
 static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS };
 
-/// y' = v, v' = k(V) T.
+/// Plant y' = v, v' = k(V) T.
 #[derive(Debug)]
 struct Sway {
     actuators: Vec<Actuator>,
 }
 
-/// k(V), m/s^2 per N.
+/// Returns k(V) \[m/s^2 per N\].
 fn strength(speed: f64) -> f64 {
     0.01 + 0.004 * speed
 }
@@ -208,14 +208,14 @@ duration = 60.0
 
 static AXIS: LazyLock<FinishedAxis> = LazyLock::new(|| {
     let file = DesignFile::parse_for(&INTERFACE, DESIGN, "sway.toml", "sway").unwrap();
-    // As if it were of the vehicle file beside it.
+    // Attributed to the vehicle file next to it.
     let vehicle = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml");
     let vehicle_sha256 = sha256(&std::fs::read_to_string(vehicle).unwrap());
     let hashes = InputHashes { vehicle_sha256, design_sha256: "11".repeat(32) };
     run_axis(&Sway::new(), &file, &hashes, &Progress::default()).unwrap()
 });
 
-/// The controller as it is read from its file.
+/// Returns the controller as read from its file.
 fn frozen() -> ControllerDesign {
     let json = AXIS.controller.to_json().unwrap();
     let read = ControllerDesign::from_json(&json).unwrap();
@@ -232,14 +232,14 @@ fn alone() -> Resources {
     [(squid_fmu_controller::RESOURCE, frozen().to_json().unwrap())].into_iter().collect()
 }
 
-/// The longitudinal axis of Squid and this one in one FMU.
+/// Returns the longitudinal axis of Squid and this one in one FMU.
 fn together() -> Resources {
     [("controller.json", squid()), ("controller_2.json", frozen().to_json().unwrap())].into_iter().collect()
 }
 
-/// In continuous time, sampled, and with saturated commands; proved again from its text.
+/// Proved in continuous time, sampled, and with saturated commands; verified from the text.
 #[test]
-fn it_is_proved() {
+fn is_proved() {
     let (proof, sampled) = (AXIS.proof.as_ref().unwrap(), AXIS.sampled.as_ref().unwrap());
     let text = text(&proof.certificate, Path::new("certificate.json")).unwrap();
     let read: Certificate = parse(&text, "certificate.json").unwrap();
@@ -252,7 +252,7 @@ fn it_is_proved() {
 }
 
 #[test]
-fn a_design_file_names_its_signals() {
+fn design_file_names_its_signals() {
     let refused = |from: &str, to: &str| {
         let text = DESIGN.replacen(from, to, 1);
         assert_ne!(text, DESIGN);
@@ -270,7 +270,7 @@ fn a_design_file_names_its_signals() {
     }
 }
 
-/// A vehicle of these equations, stepped exactly between ticks.
+/// A vehicle with these equations, stepped exactly between ticks.
 struct Model {
     time: f64,
     offset: f64,
@@ -289,7 +289,7 @@ impl Model {
         1.0 + (self.time / 20.0).clamp(0.0, 1.0)
     }
 
-    /// A step of half a metre at 2 s.
+    /// Returns the reference: a step of half a metre at 2 s.
     fn wanted(&self) -> f64 {
         if self.time < 2.0 { 100.0 } else { 100.5 }
     }
@@ -306,7 +306,7 @@ impl Model {
     }
 }
 
-/// Flies the FMU on the model; the inputs and the command of each tick.
+/// Simulates the FMU with the model; returns inputs and command of each tick.
 fn flown(resources: &Resources, also: &[(&str, f64)]) -> Vec<([f64; 4], f64)> {
     let mut flight = Flight::<Controller>::prepare(describe(resources).unwrap(), 0.0);
     let mut model = Model::start();
@@ -340,7 +340,7 @@ fn flown(resources: &Resources, also: &[(&str, f64)]) -> Vec<([f64; 4], f64)> {
 }
 
 #[test]
-fn its_fmu_flies_the_step() {
+fn fmu_tracks_the_step() {
     let described = describe(&alone()).unwrap();
     let of = |causality| {
         let chosen = described.description.variables.iter().filter(move |one| one.causality == causality);
@@ -355,9 +355,9 @@ fn its_fmu_flies_the_step() {
     flown(&alone(), &[]);
 }
 
-/// The speed, which both measure, is one input; each axis commands as it does alone, to the bit.
+/// The speed, which both axes measure, is one input; each axis commands the same bits as alone.
 #[test]
-fn two_axes_share_an_fmu() {
+fn two_axes_share_one_fmu() {
     let described = describe(&together()).unwrap();
     let count = |name: &str| described.description.variables.iter().filter(|one| one.name == name).count();
     for name in ["pitch", "speed", "engaged", "offset", "side_thruster", "upper_port", "gamma", "sway_gamma"]
@@ -393,7 +393,7 @@ fn two_axes_share_an_fmu() {
 
 /// Axes that do not fit together are refused.
 #[test]
-fn axes_must_fit_together() {
+fn rejects_axes_that_do_not_fit() {
     let refused = |change: fn(&mut ControllerDesign)| {
         let mut design = frozen();
         change(&mut design);
@@ -436,9 +436,9 @@ int main(void)
 }
 "#;
 
-/// The exported C commands as the FMU does, to the bit.
+/// The exported C gives the same commands as the FMU to the bit.
 #[test]
-fn its_c_is_the_fmu_to_the_bit() {
+fn exported_c_equals_fmu_to_the_bit() {
     let standing = Standing { claims: vec!["Made for a test.".into()], certificate_sha256: None };
     let source = export(&frozen(), &standing, Real::Double).unwrap();
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! What is said of a finished FMU, with the files of its vehicle and without them.
+//! Verification of a finished FMU, with and without the files of its vehicle.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use squid_base::progress::Progress;
@@ -27,8 +27,8 @@ fn vehicle() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid")
 }
 
-/// A folder with the frozen design and the FMU of its controller, of which something is changed before it is packed;
-/// its binary is a script.
+/// Returns a folder with the frozen design and the FMU of its controller, changed before it is packed; the binary is a
+/// script.
 fn packed(change: impl FnOnce(&mut Stored)) -> (tempfile::TempDir, PathBuf, Inputs) {
     let (folder, inputs) = (tempfile::tempdir().unwrap(), Inputs::read(&vehicle(), "design").unwrap());
     for entry in std::fs::read_dir(vehicle().join("frozen")).unwrap() {
@@ -58,7 +58,7 @@ fn with_files(fmu: &Path, inputs: &Inputs) -> Result<Verification, Error> {
     verify(fmu, Some(Given { inputs: &[inputs], report: REPORT }))
 }
 
-/// The archive with the text of one file extended.
+/// Extends the text of one file in an archive.
 fn edited(fmu: &Path, name: &str) {
     let mut from = zip::ZipArchive::new(Cursor::new(std::fs::read(fmu).unwrap())).unwrap();
     let mut to = zip::ZipWriter::new(Cursor::new(vec![]));
@@ -75,9 +75,9 @@ fn edited(fmu: &Path, name: &str) {
     std::fs::write(fmu, to.finish().unwrap().into_inner()).unwrap();
 }
 
-/// A scale is not in the certificate: three times as large, with a new GUID, it makes another controller.
+/// A scale is not part of the certificate: a threefold scale, with a new GUID, gives another controller.
 #[test]
-fn no_more_is_said_than_is_verified() {
+fn reports_only_what_is_verified() {
     let (_folder, fmu, inputs) = packed(|_| ());
     let found = with_files(&fmu, &inputs).unwrap();
     let (verified, contents) = (&found.axes[0], &found.contents);
@@ -102,7 +102,7 @@ fn no_more_is_said_than_is_verified() {
         "{:?}",
         honest.about
     );
-    // The page has figures of flights, which are flown with the vehicle's files alone.
+    // The page has figures of simulations, which require the files of the vehicle.
     assert!(found.contents.unexamined.iter().any(|name| name == PAGE), "{:?}", found.contents);
     edited(&fmu, PAGE);
     let contents = with_files(&fmu, &inputs).unwrap().contents;

@@ -1,4 +1,4 @@
-"""H-infinity and LPV synthesis with proved gains, mu, and autopilots for underwater vehicles."""
+"""H-infinity and LPV synthesis with proved gains, mu analysis, and autopilots for underwater vehicles."""
 
 from squid_lpv._core import __version__
 from squid_lpv.analysis import LpvGain, Mu, Performance, hinfnorm, lpvgain, mu

@@ -1,4 +1,4 @@
-"""Gains and structured singular values of what is finished."""
+"""Gains and structured singular values of given systems."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from squid_lpv.synthesis import Progress, as_lists, without_none
 def hinfnorm(P: Any) -> tuple[float, float]:
     """Return the H-infinity norm of a system and the frequency of its peak, rad/s, to 1e-9.
 
-    Both are infinite and zero for a system that is not stable.
+    An unstable system returns infinity and zero.
     """
     system = systems.of(P)
     parts = (part.tolist() for part in (system.A, system.B, system.C, system.D))
@@ -30,8 +30,8 @@ class Performance:
     """Robust performance and the worst-case gain from w to z.
 
     For every perturbation smaller than `1/upper` the gain is below `upper`; `lower` bounds the same mu from below. With
-    a perturbation of norm `size` the gain is at most `gain_upper` (None where the loop is not shown to stay stable),
-    and with `gain_delta` it is `gain_lower` at `gain_frequency`, rad/s.
+    a perturbation of norm `size` the gain is at most `gain_upper` (None if the loop is not shown to stay stable), and
+    with `gain_delta` it is `gain_lower` at `gain_frequency`, rad/s.
     """
 
     upper: float
@@ -47,7 +47,7 @@ class Performance:
 class Mu:
     """Bounds on mu: no perturbation smaller than `1/upper` destabilises; `delta` does.
 
-    `frequency`, rad/s, is where the upper bound is largest; `performance` is there where it was asked for.
+    `frequency`, rad/s, is where the upper bound is largest; `performance` is set if it was requested.
     """
 
     upper: float
@@ -121,7 +121,7 @@ def mu(
 
 @dataclass(frozen=True)
 class LpvGain:
-    """Bounds on the gain of a loop with parameters: see `lpvgain`."""
+    """Bounds on the gain of a closed loop with parameters: see `lpvgain`."""
 
     proved: float | None
     proved_at_rate: float | None
@@ -140,18 +140,19 @@ def lpvgain(
     dt: float | None = None,
     progress: Progress | None = None,
 ) -> LpvGain:
-    """Return bounds on the L2 gain of a finished loop with parameters within [-1, 1].
+    """Return bounds on the L2 gain of a closed loop with parameters within [-1, 1].
 
-    `proved` holds however fast they move, `proved_at_rate` where |theta'| of the only one stays within `rate` (at most
-    `proved`, and often there alone); both are proved in exact arithmetic. `constant_upper` and `constant_lower` are of
-    constant ones, the latter at `constant_theta`. What was not found is None, and `reasons` says why.
+    `proved` holds for parameters that change arbitrarily fast, `proved_at_rate` if |theta'| of the single parameter
+    stays within `rate` (at most `proved`, and often the only one of the two); both are proved in exact arithmetic.
+    `constant_upper` and `constant_lower` hold for constant parameters, the latter at `constant_theta`. Bounds that were
+    not found are None, and `reasons` says why.
 
     Args:
         P: the matrices A, Bt, B1, Ct, C1, Dtt, Dt1, D1t, D11 by name.
         blocks: the repetitions of the parameters.
-        rate: a bound on |theta'| of the only one.
+        rate: a bound on |theta'| of the single parameter.
         dt: the sample time, s, of a loop in discrete time.
-        progress: called back.
+        progress: a function called with progress reports.
 
     """
     data: dict[str, Any] = {"P": as_lists(P), "blocks": np.asarray(blocks).tolist()}

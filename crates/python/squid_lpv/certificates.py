@@ -1,4 +1,4 @@
-"""Proofs of a gain, and their check."""
+"""Proofs of a gain, and their verification."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from squid_lpv import _core
 
 @dataclass(frozen=True)
 class Theorem:
-    """What a certificate proves: `gamma` is None where it claims nothing of parameters that move however fast."""
+    """Theorem of a certificate; `gamma` is None if nothing is claimed for parameters that change arbitrarily fast."""
 
     claim: str
     gamma: float | None
@@ -25,25 +25,25 @@ class Theorem:
 
 @dataclass(frozen=True)
 class Certificate:
-    """The matrices that prove a gain, as JSON; `squid verify` and a program of your own can check them, too."""
+    """The matrices that prove a gain, as JSON, which `squid verify` and your own program can also check."""
 
     text: str
 
     @classmethod
     def read(cls, path: str | Path) -> Certificate:
-        """Read a file."""
+        """Read a certificate from a file."""
         return cls(Path(path).read_text(encoding="utf-8"))
 
     def save(self, path: str | Path) -> None:
-        """Write a file."""
+        """Write the certificate to a file."""
         Path(path).write_text(self.text, encoding="utf-8")
 
     def verify(self) -> Theorem:
         """Prove the gain again, in exact rational arithmetic.
 
         Raises:
-            NumericalError: it is not proved.
-            InputError: the text is no certificate.
+            NumericalError: the gain is not proved.
+            InputError: the text is not a certificate.
 
         """
         return Theorem(**json.loads(_core.prove(self.text)))

@@ -1,17 +1,17 @@
-"""What can go wrong, in three kinds."""
+"""Errors, in three kinds."""
 
 
 class SquidError(Exception):
-    """Base of the three kinds."""
+    """Base class of the three kinds."""
 
 
 class InfeasibleError(SquidError):
-    """There is no solution, as computed in floating point, or none within a limit; the message says why."""
+    """No solution exists, as computed in floating point, or none within a limit; the message gives the reason."""
 
 
 class NumericalError(SquidError):
-    """Nothing was concluded; the message says where it ended."""
+    """The computation was inconclusive; the message says where it ended."""
 
 
 class InputError(SquidError, ValueError):
-    """What was given is wrong; the message names it, what was found, and what is allowed."""
+    """An argument is wrong; the message names it, the value found, and the values allowed."""

@@ -1,4 +1,4 @@
-"""MATLAB's files, by SciPy."""
+"""MATLAB files, through SciPy."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ def savemat(path: str | Path, found: HinfSynthesis | Proved) -> None:
 
 def _struct(system: Any) -> dict[str, Any]:
     s = systems.of(system)
-    # MATLAB writes a sample time that is not known as -1.
+    # MATLAB writes an unspecified sample time as -1.
     return {"a": s.A, "b": s.B, "c": s.C, "d": s.D, "Ts": -1.0 if s.dt is True else s.dt}
 
 
 def loadmat(path: str | Path, name: str = "P") -> tuple[StateSpace, int, int]:
-    """Read a plant from a .mat file: `P, nmeas, ncon`, as `hinfsyn` takes them.
+    """Read a plant from a .mat file as `P, nmeas, ncon`, the arguments of `hinfsyn`.
 
-    The file has a struct `name`, or at its top level, the matrices A, B, C, D, with nmeas and ncon (or MATLAB's ncont)
-    at the top level; or A, B1, B2, C1, C2, D11, D12, D21 (and D22), whose shapes tell nmeas and ncon. Ts is the sample
-    time. Names are in either case.
+    The file has the matrices A, B, C, D in a struct `name` or at its top level, with nmeas and ncon (or MATLAB's ncont)
+    at the top level; or A, B1, B2, C1, C2, D11, D12, D21 (and D22), whose shapes give nmeas and ncon. Ts is the sample
+    time. Names may be in upper or lower case.
 
     Raises:
-        InputError: one of them is missing, or they do not fit together.
+        InputError: a matrix is missing, or the matrices do not fit together.
 
     """
     from scipy.io import loadmat as read
@@ -75,7 +75,7 @@ def _matrix(path: str | Path, key: str, value: Any) -> np.ndarray:
 
 
 def _shaped(path: str | Path, key: str, value: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """Return a matrix in its shape: MATLAB's vectors arrive without theirs."""
+    """Return a matrix with its shape restored: MATLAB's vectors lose it."""
     try:
         return value.reshape(rows, columns)
     except ValueError:
@@ -87,7 +87,7 @@ def _shaped(path: str | Path, key: str, value: np.ndarray, rows: int, columns: i
 def _joined(
     path: str | Path, name: str, held: dict[str, Any]
 ) -> tuple[dict[str, np.ndarray], dict[str, int]]:
-    """Return A, B, C, D of a plant in parts, and the numbers of measurements and controls."""
+    """Return A, B, C, D of a partitioned plant, and the numbers of measurements and controls."""
     keys = ["a", "b1", "b2", "c1", "c2", "d11", "d12", "d21"]
     m = {key: _matrix(path, key, value) for key, value in _found(path, name, held, keys).items()}
     n = len(m["a"])

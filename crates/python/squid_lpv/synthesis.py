@@ -1,4 +1,4 @@
-"""Controllers with a proved gain."""
+"""Synthesis of controllers with a proved gain."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PLANT = (
 
 
 class HinfSynthesis(NamedTuple):
-    """What `hinfsyn` returns; it unpacks as `K, CL, gam, rcond`."""
+    """Result of `hinfsyn`; it unpacks as `K, CL, gam, rcond`."""
 
     K: Any
     CL: Any
@@ -38,9 +38,9 @@ class HinfSynthesis(NamedTuple):
 
 
 class Proved(NamedTuple):
-    """Beside `HinfSynthesis`: the lowest gamma found, what else was noticed, and the proof.
+    """`HinfSynthesis` with the lowest gamma found, remarks, and the proof.
 
-    `is_least`: whether `gamma` is shown, in floating point, to be the least within 0.1 %; otherwise a better controller
+    `is_least`: True if `gamma` is shown, in floating point, to be the least within 0.1 %; otherwise a better controller
     may exist.
     """
 
@@ -118,7 +118,7 @@ def hinfsyn_proved(
 
 
 def _check_sizes(plant: StateSpace, nmeas: int, ncon: int) -> None:
-    """Raise InputError unless P has errors and disturbances besides its measurements and controls."""
+    """Raise InputError unless P has errors and disturbances in addition to its measurements and controls."""
     outputs, inputs = plant.D.shape
     for name, count, most, of, needs in (
         ("nmeas", nmeas, outputs, "outputs", "errors z and measurements y"),
@@ -181,7 +181,7 @@ def mixsyn(g: Any, w1: Any = None, w2: Any = None, w3: Any = None, **options: An
 
 
 class MixSynthesis(NamedTuple):
-    """What `mixsyn` returns; it unpacks as `K, CL, info`."""
+    """Result of `mixsyn`; it unpacks as `K, CL, info`."""
 
     K: Any
     CL: Any
@@ -189,7 +189,7 @@ class MixSynthesis(NamedTuple):
 
 
 class H2Synthesis(NamedTuple):
-    """What `h2syn` returns; it unpacks as `K, CL, gam`, as MATLAB's."""
+    """Result of `h2syn`; it unpacks as `K, CL, gam`, as in MATLAB."""
 
     K: Any
     CL: Any
@@ -224,7 +224,7 @@ def h2syn(P: Any, nmeas: int, ncon: int) -> H2Synthesis:
 
 
 class MuSynthesis(NamedTuple):
-    """What `musyn` returns; it unpacks as `K, CL, mu, history`."""
+    """Result of `musyn`; it unpacks as `K, CL, mu, history`."""
 
     K: Any
     CL: Any
@@ -279,7 +279,7 @@ def musyn(
 
 
 def _weight(weight: Any, name: str, dt: float | bool) -> StateSpace:
-    """Return a weight that is a number, a matrix or a system, as a system."""
+    """Return a weight (a number, a matrix or a system) as a system."""
     if isinstance(weight, int | float | np.ndarray):
         d = systems.matrix(name, weight)
         return StateSpace(np.zeros((0, 0)), np.zeros((0, d.shape[1])), np.zeros((len(d), 0)), d, dt)
@@ -291,7 +291,7 @@ def _rows(system: StateSpace) -> tuple[Any, Any, Any, Any, int]:
 
 
 def _controller(parts: Sequence[Any], outputs: int, inputs: int, dt: float | bool) -> StateSpace:
-    """Return a controller from its rows."""
+    """Return a controller from lists of rows."""
     n = len(parts[0])
     shapes = ((n, n), (n, inputs), (outputs, n), (outputs, inputs))
     return StateSpace(
@@ -379,9 +379,9 @@ class LpvController:
 
 @dataclass(frozen=True)
 class LpvSynthesis:
-    """What `lpvsyn` returns: the controller, its proved gain, the lowest gamma found, remarks, and the proof.
+    """Result of `lpvsyn`: the controller, its proved gain, the lowest gamma found, remarks, and the proof.
 
-    `gam` is None where a gain is proved at the rate alone: `gam_at_rate`. `is_least`: whether `gamma` is shown, in
+    `gam` is None if a gain is proved only with the rate bound: `gam_at_rate`. `is_least`: True if `gamma` is shown, in
     floating point, to be the least of the synthesis inequalities within 0.1 %.
     """
 
@@ -441,7 +441,7 @@ def lpvsyn(
 
 
 def without_none(**options: float | None) -> dict[str, float]:
-    """Return those that are not None."""
+    """Return the options that are not None."""
     return {key: value for key, value in options.items() if value is not None}
 
 

@@ -1,4 +1,4 @@
-"""Linear systems: whatever has A, B, C, D comes in; python-control's StateSpace goes out where that is installed."""
+"""Linear systems: any object with A, B, C, D is accepted; the result is python-control's StateSpace if installed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Matrix = np.ndarray
 class StateSpace:
     """`x' = A x + B u`, `y = C x + D u`; in discrete time, with the sample time `dt` (s), `x+` in place of `x'`.
 
-    `dt` is 0 in continuous time, and True where the sample time is not known, as in python-control.
+    `dt` is 0 in continuous time, and True for an unspecified sample time, as in python-control.
     """
 
     A: Matrix
@@ -33,7 +33,7 @@ class StateSpace:
 
     @property
     def sample_time(self) -> float:
-        """The sample time; 1 where it is not known, since gains do not depend on it."""
+        """Sample time; 1 if it is unspecified, since gains do not depend on it."""
         return 1.0 if self.dt is True else float(self.dt)
 
     def poles(self) -> Matrix:
@@ -45,7 +45,7 @@ def matrix(name: str, value: Any) -> Matrix:
     """Return a matrix of finite numbers.
 
     Raises:
-        InputError: it is none.
+        InputError: the value is not a matrix of finite numbers.
 
     """
     try:
@@ -64,10 +64,10 @@ def matrix(name: str, value: Any) -> Matrix:
 
 
 def realised(system: Any, name: str) -> Any:
-    """Return a transfer function of SciPy or python-control as a state space, anything else as it is.
+    """Return a transfer function of SciPy or python-control as a state space, and anything else unchanged.
 
     Raises:
-        InputError: it is improper, or has several inputs or outputs, which python-control converts with slycot alone.
+        InputError: it is improper, or has several inputs or outputs, which python-control converts only with slycot.
 
     """
     if not (hasattr(system, "num") and hasattr(system, "den")):
@@ -86,7 +86,7 @@ def realised(system: Any, name: str) -> Any:
 
 
 def of(system: Any, name: str = "P") -> StateSpace:
-    """Return a system from anything that has A, B, C, D (and `dt`), a sequence of these four, or a transfer function.
+    """Return a system from an object with A, B, C, D (and `dt`), a sequence of these four, or a transfer function.
 
     Raises:
         InputError: it is none of these, or the matrices do not fit together.
@@ -122,7 +122,7 @@ def of(system: Any, name: str = "P") -> StateSpace:
 
 
 def given_back(system: StateSpace) -> Any:
-    """Return python-control's StateSpace where that is installed, the system itself otherwise."""
+    """Return python-control's StateSpace if it is installed, else the system itself."""
     if importlib.util.find_spec("control") is None:
         return system
     import control
@@ -131,7 +131,7 @@ def given_back(system: StateSpace) -> Any:
 
 
 def lower_lft(plant: StateSpace, controller: StateSpace) -> StateSpace:
-    """Return the loop of `plant` with `u = K y`: its last inputs and outputs are u and y.
+    """Return the loop of `plant` with `u = K y`, in which u and y are the last inputs and outputs of the plant.
 
     Raises:
         InputError: the loop is not well posed.

@@ -1,4 +1,4 @@
-"""Underwater vehicles: models, designs, flights."""
+"""Underwater vehicles: models, designs, simulations."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from squid_lpv.systems import StateSpace
 
 @dataclass(frozen=True)
 class Trim:
-    """Level flight: V along the path (m/s), depth (m), pitch (rad), u and w (m/s), outputs of actuators (N, rad)."""
+    """Level trim: V along the path (m/s), depth (m), pitch (rad), u and w (m/s), outputs of actuators (N, rad)."""
 
     speed: float
     depth: float
@@ -49,7 +49,7 @@ class Linearisation:
 
 
 class Vehicle:
-    """A vehicle, and what is asked of its autopilot."""
+    """A vehicle with the requirements on its autopilot."""
 
     def __init__(self, core: _core.Vehicle) -> None:
         """Use `Vehicle.read` or `Vehicle.of`."""
@@ -60,46 +60,46 @@ class Vehicle:
         """Read `vehicle.toml` and a design file of a directory, as `squid new` writes them.
 
         Args:
-            directory: where the files are.
+            directory: the directory of the files.
             design: the name of the design file, without `.toml`.
-            axis: the axis of a file with several, by what it steers: pitch, depth or heading.
+            axis: the axis of a file with several, by the quantity it steers: pitch, depth or heading.
 
         Raises:
-            InputError: which file, line and key is wrong.
+            InputError: a file is wrong; the message names file, line and key.
 
         """
         return cls(_core.Vehicle.read(str(directory), design, axis))
 
     @classmethod
     def of(cls, vehicle: str, design: str) -> Vehicle:
-        """Return the same from the texts of both files."""
+        """Return a vehicle from the texts of both files."""
         return cls(_core.Vehicle.of(vehicle, design))
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the vehicle."""
         return self._core.name
 
     @property
     def axis(self) -> str:
-        """What the axis steers, by which it is called."""
+        """Quantity that the axis steers, which is also the axis's name."""
         return self._core.axis
 
     @property
     def actuators(self) -> list[str]:
-        """Names of its actuators."""
+        """Names of the actuators."""
         return self._core.actuators
 
     @property
     def speeds(self) -> tuple[float, float]:
-        """The range of speed of the design, m/s along the path."""
+        """Range of speed of the design, m/s along the path."""
         return self._core.speeds
 
     def linearise(self, speed: float) -> Linearisation:
         """Return trim and linear model at a speed along the path, m/s.
 
         Raises:
-            InputError: there is no trim there.
+            InputError: there is no trim at that speed.
 
         """
         found = json.loads(self._core.at_speed(float(speed)))
@@ -109,12 +109,13 @@ class Vehicle:
     def design(
         self, directory: str | Path | None = None, *, robust: bool = False, progress: Progress | None = None
     ) -> Design:
-        """Design an autopilot, and return it with its proofs; half a minute or so.
+        """Design an autopilot, and return it with its proofs; this takes about half a minute.
 
         Args:
-            directory: where its files go, as those of `squid design --out`; `None` for one that goes with the object.
-            robust: make it for the declared uncertainty.
-            progress: called back.
+            directory: where its files are written, as by `squid design --out`; `None` for a temporary directory,
+                which lives as long as the object.
+            robust: design for the declared uncertainty.
+            progress: a function called with progress reports.
 
         Raises:
             InfeasibleError: there is no controller.
@@ -144,7 +145,7 @@ class Flight:
 
 @dataclass(frozen=True)
 class Design:
-    """A finished design: its files, which the command line reads, too."""
+    """A finished design: its files, which the command line also reads."""
 
     vehicle: Vehicle
     directory: Path
@@ -154,7 +155,7 @@ class Design:
         """Return the design in a directory.
 
         Raises:
-            InputError: there is none.
+            InputError: the directory contains no design.
 
         """
         if not (Path(directory) / "controller.json").is_file():
@@ -166,25 +167,25 @@ class Design:
 
     @property
     def figures(self) -> dict[str, Any]:
-        """The figures of `design.json`: gammas, checks, verdict."""
+        """Figures of `design.json`: gammas, checks, verdict."""
         return self._json("design.json")
 
     @property
     def gamma(self) -> float:
-        """The gain of the loop is below it; `certificate.verify()` proves that again."""
+        """Proved bound on the gain of the loop; `certificate.verify()` proves it again."""
         return self.figures["gamma_bound"]
 
     @property
     def verdict(self) -> list[dict[str, Any]]:
-        """What was asked, and what is achieved by the loop as it flies."""
+        """Requirements, and what the simulated loop achieves."""
         return self.figures["verdict"]["rows"]
 
     @property
     def certificate(self) -> Certificate:
-        """The proof of the gain.
+        """Proof of the gain.
 
         Raises:
-            NumericalError: it is not proved; the figures say why.
+            NumericalError: the gain is not proved; the figures give the reason.
 
         """
         path = self.directory / "certificate.json"
@@ -194,7 +195,7 @@ class Design:
 
     @property
     def lft(self) -> LpvController:
-        """The controller, scheduled by rho, from -1 at the lowest to 1 at the highest speed."""
+        """Controller scheduled by rho, from -1 at the lowest to 1 at the highest speed."""
         return lpv_controller(self._json("controller.json")["lft"])
 
     def controller(self, speed: float) -> Any:
@@ -205,17 +206,17 @@ class Design:
         return self.lft.frozen(float(np.clip((2.0 * speed - low - high) / (high - low), -1.0, 1.0)))
 
     def simulate(self, manoeuvre: dict[str, float] | None = None, *, sea: str | None = None) -> Flight:
-        """Fly the nonlinear vehicle under the sampled autopilot.
+        """Simulate the nonlinear vehicle with the sampled autopilot.
 
         Args:
-            manoeuvre: what differs from the default, by the keys of `manoeuvre.json` and a key for each
-                of its steps: pitch_step (rad), depth_step (m, where the depth is tracked), step_time,
+            manoeuvre: differences from the default, by the keys of `manoeuvre.json` and a key for each
+                of its steps: pitch_step (rad), depth_step (m, if the depth is tracked), step_time,
                 speed_from, speed_to, duration and so on.
             sea: the text of a sea file.
 
         Raises:
             InputError: the manoeuvre or the sea is wrong.
-            NumericalError: the flight failed.
+            NumericalError: the simulation failed.
 
         """
         wanted = None if manoeuvre is None else _changed(self._json("manoeuvre.json"), manoeuvre)
@@ -224,7 +225,7 @@ class Design:
     def savemat(self, path: str | Path, speeds: Sequence[float]) -> None:
         """Write the frozen controller on a grid of speeds to a .mat file.
 
-        After MATLAB's `load`, `ss(K.a(:,:,i), K.b(:,:,i), K.c(:,:,i), K.d(:,:,i))` is the one at `speeds(i)`.
+        After MATLAB's `load`, `ss(K.a(:,:,i), K.b(:,:,i), K.c(:,:,i), K.d(:,:,i))` is the controller at `speeds(i)`.
         """
         from scipy.io import savemat as write
 
@@ -235,7 +236,7 @@ class Design:
 
 @dataclass(frozen=True)
 class Autopilot:
-    """All axes of a design file: its designs, by what each axis steers, in one vehicle."""
+    """Designs of all axes of a design file for one vehicle, by the quantity that each axis steers."""
 
     axes: dict[str, Design]
 
@@ -248,13 +249,14 @@ class Autopilot:
         directory: str | Path,
         progress: Progress | None = None,
     ) -> Autopilot:
-        """Design each axis of a design file, and return them with their proofs.
+        """Design each axis of a design file, and return the designs with their proofs.
 
         Args:
             vehicle: the directory of `vehicle.toml` and the design file.
             design: the name of the design file, without `.toml`.
-            directory: where the files go, those of each axis in a folder of its name, as of `squid design --out`.
-            progress: called back.
+            directory: where the files are written, those of each axis in a folder of its name, as by
+                `squid design --out`.
+            progress: a function called with progress reports.
 
         Raises:
             InfeasibleError: there is no controller.
@@ -267,7 +269,7 @@ class Autopilot:
 
     @classmethod
     def read(cls, vehicle: str | Path, directory: str | Path, design: str = "design") -> Autopilot:
-        """Return what `squid design` or `Autopilot.design` wrote into a directory.
+        """Return the designs that `squid design` or `Autopilot.design` wrote to a directory.
 
         Raises:
             InputError: an axis has no design there.
@@ -286,15 +288,15 @@ class Autopilot:
         return {name: directory / name if len(axes) > 1 else directory for name in axes}
 
     def simulate(self, manoeuvre: dict[str, float] | None = None, *, sea: str | None = None) -> Flight:
-        """Fly all axes of the nonlinear vehicle in six degrees of freedom.
+        """Simulate all axes of the nonlinear vehicle in six degrees of freedom.
 
         Args:
-            manoeuvre: what differs from the default, as for `Design.simulate`, with the steps of all axes.
+            manoeuvre: differences from the default, as for `Design.simulate`, with the steps of all axes.
             sea: the text of a sea file.
 
         Raises:
             InputError: the manoeuvre or the sea is wrong.
-            NumericalError: the flight failed.
+            NumericalError: the simulation failed.
 
         """
         defaults = [axis._json("manoeuvre.json") for axis in self.axes.values()]
@@ -317,7 +319,7 @@ def _changed(default: dict[str, Any], manoeuvre: dict[str, float]) -> str:
 
 
 def _flight(flown: tuple[list[tuple[str, str, list[float]]], str | None]) -> Flight:
-    """Return the record of a flight."""
+    """Return the record of a simulation."""
     columns, surfacing = flown
     values = {name: np.array(column) for name, _, column in columns}
     return Flight(values, {name: unit for name, unit, _ in columns}, surfacing)

@@ -1,4 +1,4 @@
-//! Errors as Python's exceptions, of three kinds: see `squid_lpv/errors.py`.
+//! Conversion of errors to Python exceptions of three kinds; see `squid_lpv/errors.py`.
 
 use pyo3::{PyErr, import_exception};
 use squid_design::error::Error as DesignError;
@@ -10,40 +10,40 @@ import_exception!(squid_lpv.errors, InfeasibleError);
 import_exception!(squid_lpv.errors, InputError);
 import_exception!(squid_lpv.errors, NumericalError);
 
-/// What a design failed for.
+/// Returns the exception for an error of a design.
 pub fn of_design(error: &DesignError) -> PyErr {
-    let words = error.to_string();
+    let message = error.to_string();
     match error {
         DesignError::Synthesis(reason) | DesignError::NoController { reason, .. } => {
-            of_synthesis(reason, words)
+            of_synthesis(reason, message)
         }
         DesignError::Input(_) | DesignError::Model(_) | DesignError::Store(_) | DesignError::File(_) => {
-            InputError::new_err(words)
+            InputError::new_err(message)
         }
-        DesignError::Proof(reason) => of_proof(reason, words),
-        _ => NumericalError::new_err(words),
+        DesignError::Proof(reason) => of_proof(reason, message),
+        _ => NumericalError::new_err(message),
     }
 }
 
-/// The exception of a synthesis without a controller.
-pub fn of_synthesis(reason: &SynthesisError, words: String) -> PyErr {
-    if reason.is_infeasible() { InfeasibleError::new_err(words) } else { NumericalError::new_err(words) }
+/// Returns the exception for a synthesis without a controller.
+pub fn of_synthesis(reason: &SynthesisError, message: String) -> PyErr {
+    if reason.is_infeasible() { InfeasibleError::new_err(message) } else { NumericalError::new_err(message) }
 }
 
-/// What a problem of any plant failed for.
+/// Returns the exception for an error of a general problem.
 pub fn of_problem(error: &ProblemError) -> PyErr {
     use squid_lpv::mu::sweep::SweepError;
-    let words = error.to_string();
+    let message = error.to_string();
     match error {
-        ProblemError::Mu { reason: SweepError::Stuck { .. }, .. } => NumericalError::new_err(words),
-        ProblemError::Proof(reason) => of_proof(reason, words),
-        _ => InputError::new_err(words),
+        ProblemError::Mu { reason: SweepError::Stuck { .. }, .. } => NumericalError::new_err(message),
+        ProblemError::Proof(reason) => of_proof(reason, message),
+        _ => InputError::new_err(message),
     }
 }
 
-fn of_proof(reason: &ProofError, words: String) -> PyErr {
+fn of_proof(reason: &ProofError, message: String) -> PyErr {
     match reason {
-        ProofError::Certificate { .. } => InputError::new_err(words),
-        _ => NumericalError::new_err(words),
+        ProofError::Certificate { .. } => InputError::new_err(message),
+        _ => NumericalError::new_err(message),
     }
 }

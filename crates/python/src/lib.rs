@@ -1,6 +1,7 @@
-//! The compiled half of the Python package `squid_lpv`: texts in, texts out. What users see is in `squid_lpv/*.py`.
+//! Compiled part of the Python package `squid_lpv`, with text as input and output. The public interface is in
+//! `squid_lpv/*.py`.
 //!
-//! Problems and reports are the JSON of the command line, so that both say the same in the same words.
+//! Problems and reports are the JSON of the command line, so that both use the same texts.
 
 mod failure;
 mod job;
@@ -10,7 +11,7 @@ mod vehicles;
 
 use pyo3::pymodule;
 
-/// The compiled half of `squid_lpv`.
+/// Compiled part of `squid_lpv`.
 #[pymodule(name = "_core")]
 mod core {
     #[pymodule_export]

@@ -1,4 +1,4 @@
-//! Problems of any plant.
+//! Problems of general plants.
 
 use crate::failure::{InputError, of_problem};
 use crate::job;
@@ -11,7 +11,7 @@ use squid_lpv::synthesis::Options;
 use squid_problem::discrete::POLES_AT_BOTH_ENDS;
 use squid_problem::source::Source;
 
-/// Synthesis: the report, and the controller and the certificate where there is a proof.
+/// Synthesises a controller; returns the report, and controller and certificate if there is a proof.
 #[pyfunction]
 pub fn synth(
     python: Python<'_>,
@@ -32,7 +32,7 @@ pub fn synth(
     Ok((text(&report)?, report.controller().map(|k| text(&k)).transpose()?, certificate(report.proved())?))
 }
 
-/// The gain of a finished loop: the report, and the certificate where there is a proof.
+/// Bounds the gain of a closed loop; returns the report, and the certificate if there is a proof.
 #[pyfunction]
 pub fn gain(
     python: Python<'_>,
@@ -48,7 +48,7 @@ pub fn gain(
     Ok((text(&report)?, certificate(report.proved())?))
 }
 
-/// mu of a matrix or a system: the report.
+/// Bounds mu of a matrix or a system; returns the report.
 #[pyfunction]
 pub fn mu(python: Python<'_>, problem: String) -> PyResult<String> {
     let source = Source { name: "M".into(), text: problem };
@@ -56,7 +56,8 @@ pub fn mu(python: Python<'_>, problem: String) -> PyResult<String> {
     text(&found.map_err(|error| of_problem(&error))?)
 }
 
-/// The H-infinity norm of a system, in discrete time with a sample time (s), and the frequency of its peak (rad/s).
+/// Returns the H-infinity norm of a system, in discrete time if a sample time (s) is given, and the frequency of its
+/// peak (rad/s).
 #[pyfunction]
 pub fn hinfnorm(
     python: Python<'_>,
@@ -85,7 +86,7 @@ pub fn hinfnorm(
     Ok((norm.value, transform.frequency(norm.frequency)))
 }
 
-/// Proves a certificate again: what it proves as a sentence, its gain, and that with model error.
+/// Verifies a certificate; returns the theorem as text, its gain, and the gain with model error.
 #[pyfunction]
 pub fn prove(python: Python<'_>, certificate: String) -> PyResult<String> {
     let source = Source { name: "certificate".into(), text: certificate };

@@ -1,4 +1,4 @@
-//! Syntheses by the names of MATLAB and python-control: H2, mu, and the weighted plant of a mixed-sensitivity design.
+//! Syntheses with the names of MATLAB and python-control: H2, mu, and the weighted plant of mixed sensitivity.
 
 use crate::failure::{InputError, NumericalError, of_problem, of_synthesis};
 use crate::job;
@@ -15,10 +15,10 @@ use squid_problem::source::Source;
 
 type Rows = Vec<Vec<f64>>;
 
-/// A, B, C, D and the number of inputs.
+/// Matrices A, B, C, D and the number of inputs.
 type System = (Rows, Rows, Rows, Rows, usize);
 
-/// The plant from `[w; u]` to `[W1 e; W2 u; W3 y; e]`: A, B, C, D.
+/// Returns the plant from `[w; u]` to `[W1 e; W2 u; W3 y; e]`: A, B, C, D.
 #[pyfunction]
 pub fn augw(
     g: System,
@@ -33,7 +33,7 @@ pub fn augw(
     Ok((to_rows(&plant.a), to_rows(&plant.b), to_rows(&plant.c), to_rows(&plant.d)))
 }
 
-/// H2 synthesis: A, B, C, D of the controller, and the H2 norm of the loop.
+/// Synthesises an H2 controller; returns its A, B, C, D, and the H2 norm of the loop.
 #[pyfunction]
 pub fn h2syn(python: Python<'_>, problem: String) -> PyResult<(Rows, Rows, Rows, Rows, f64)> {
     let Problem { plant, d22, discrete, .. } = read(problem)?;
@@ -46,7 +46,7 @@ pub fn h2syn(python: Python<'_>, problem: String) -> PyResult<(Rows, Rows, Rows,
     Ok((a, b, c, d, found.norm))
 }
 
-/// D-K iteration: A, B, C, D of the controller, the bound of mu of its loop, and that of each iteration.
+/// Runs D-K iteration; returns A, B, C, D of the controller, the bound of mu of its loop, and that of each iteration.
 #[pyfunction]
 pub fn musyn(
     python: Python<'_>,

@@ -1,4 +1,4 @@
-//! Vehicles: their models, designs and flights.
+//! Vehicles: their models, designs and simulations.
 
 use crate::failure::{InputError, NumericalError, of_design};
 use crate::job;
@@ -17,11 +17,11 @@ use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A vehicle, and what is asked of its autopilot.
+/// A vehicle with the requirements on its autopilot.
 #[pyclass(frozen)]
 pub struct Vehicle(Arc<Inputs>);
 
-/// A record of a flight: name, unit and values of each variable, and where the flight ended early.
+/// Record of a simulation: name, unit and values of each variable, and the reason if it ended early.
 type Flown = (Vec<(String, String, Vec<f64>)>, Option<String>);
 
 fn wrong(error: impl Display) -> PyErr {
@@ -30,57 +30,57 @@ fn wrong(error: impl Display) -> PyErr {
 
 #[pymethods]
 impl Vehicle {
-    /// Reads `vehicle.toml` and a design file of a directory, one axis of it.
+    /// Reads `vehicle.toml` and one axis of a design file of a directory.
     #[staticmethod]
     #[pyo3(signature = (directory, design, axis=None))]
     fn read(directory: PathBuf, design: &str, axis: Option<&str>) -> PyResult<Self> {
         Ok(Self(Arc::new(Inputs::read_axis(&directory, design, axis).map_err(wrong)?)))
     }
 
-    /// Reads the same, all axes.
+    /// Reads `vehicle.toml` and all axes of a design file of a directory.
     #[staticmethod]
     fn axes(directory: PathBuf, design: &str) -> PyResult<Vec<Self>> {
         let axes = Inputs::read_axes(&directory, design).map_err(wrong)?;
         Ok(axes.into_iter().map(|inputs| Self(Arc::new(inputs))).collect())
     }
 
-    /// The same from the texts of both files.
+    /// Reads a vehicle from the texts of both files.
     #[staticmethod]
     fn of(vehicle: &str, design: &str) -> PyResult<Self> {
         Ok(Self(Arc::new(Inputs::parse(vehicle, design).map_err(wrong)?)))
     }
 
-    /// Its name.
+    /// Returns the name of the vehicle.
     #[getter]
     fn name(&self) -> &str {
         &self.0.vehicle.name
     }
 
-    /// What the axis steers, by which it is called.
+    /// Returns the quantity that the axis steers, which is also the axis's name.
     #[getter]
     fn axis(&self) -> &str {
         self.0.design.steered()
     }
 
-    /// Names of its actuators.
+    /// Returns the names of the actuators.
     #[getter]
     fn actuators(&self) -> Vec<&str> {
         self.0.vehicle.actuators.iter().map(|actuator| actuator.name.as_str()).collect()
     }
 
-    /// The range of speed along the path that the design is for, m/s.
+    /// Returns the range of speed along the path for which the design is made (m/s).
     #[getter]
     fn speeds(&self) -> (f64, f64) {
         (self.0.design.speed_min, self.0.design.speed_max)
     }
 
-    /// Trim and linear model at a speed along the path, as `squid show --speed` has them.
+    /// Returns trim and linear model at a speed along the path, as `squid show --speed` does.
     fn at_speed(&self, speed: f64) -> PyResult<String> {
         let found = self.0.axis().at(speed);
         Ok(to_json(&self.0.vehicle, &found.map_err(|error| of_design(&error.into()))?).to_string())
     }
 
-    /// Designs, and writes the files of the design to a directory.
+    /// Designs an autopilot, and writes its files to a directory.
     fn design(
         &self,
         python: Python<'_>,
@@ -96,8 +96,8 @@ impl Vehicle {
         done.map_err(|error| of_design(&error))
     }
 
-    /// Flies the design in a directory: a manoeuvre as in `manoeuvre.json`, the default one if there is none; in the
-    /// sea of a text, if one is given.
+    /// Simulates the design in a directory with a manoeuvre as in `manoeuvre.json`, by default that of the design, in
+    /// calm water or in the sea of a text.
     fn simulate(
         &self,
         python: Python<'_>,
@@ -123,7 +123,7 @@ impl Vehicle {
         Ok((columns(&record), flight.surfacing.map(|surfacing| surfacing.to_string())))
     }
 
-    /// Flies the designs of all axes, each in its directory, in six degrees of freedom, as [`Vehicle::simulate`] one.
+    /// Simulates the designs of all axes, each in its directory, in six degrees of freedom; see [`Vehicle::simulate`].
     #[staticmethod]
     fn simulate_all(
         python: Python<'_>,
@@ -152,7 +152,7 @@ impl Vehicle {
     }
 }
 
-/// Returns the exception of a flight: a wrong manoeuvre is an error of the input, a flight that fails one of numbers.
+/// Returns the exception for a failed simulation: `InputError` for a wrong manoeuvre, else `NumericalError`.
 fn of_flight(error: FlightError) -> PyErr {
     match error {
         FlightError::Manoeuvre(_) => wrong(error),
@@ -160,7 +160,7 @@ fn of_flight(error: FlightError) -> PyErr {
     }
 }
 
-/// The columns of a record.
+/// Returns the columns of a record.
 fn columns(record: &Record) -> Vec<(String, String, Vec<f64>)> {
     let column =
         |(name, unit, values): (&str, &str, &[f64])| (name.to_owned(), unit.to_owned(), values.to_vec());

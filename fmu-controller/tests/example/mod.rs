@@ -1,10 +1,10 @@
-//! Small designs.
+//! Small example designs.
 
 #![allow(clippy::unwrap_used)]
 
 use serde_json::{Value, json};
 
-/// One state, one channel, pitch tracked, a thruster and a fin.
+/// Returns a design with one state and one scheduled channel that tracks pitch with a thruster and a fin.
 pub fn design() -> Value {
     json!({
         "format": "squid-controller/1",
@@ -30,7 +30,7 @@ pub fn design() -> Value {
     })
 }
 
-/// The same with the pitch rate measured, too, and its references filtered.
+/// Returns the same design with measured pitch rate and filtered references.
 pub fn with_pitch_rate() -> Value {
     let mut design = design();
     design["reference_filter"] = json!(0.5);

@@ -1,4 +1,4 @@
-//! The C functions of any of the three models, and the folder with resources that they are instantiated from.
+//! C functions of the three models, and the folder with resources from which they are instantiated.
 
 #![allow(dead_code, reason = "not every test needs everything")]
 
@@ -11,24 +11,24 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use squid_fmi2::abi::{CallbackFunctions, Component, Logger, Status, access, lifecycle, step};
 use squid_fmi2::{Interface, Model, Resources, describe};
 
-/// Messages of all instances; the texts are not kept, so that the logger itself does not allocate.
+/// Number of messages of all instances; their text is not stored, so that the logger itself does not allocate.
 pub static MESSAGES: AtomicUsize = AtomicUsize::new(0);
-/// Those that speak of a defect of the FMU.
+/// Number of messages that report a defect of the FMU.
 pub static DEFECTS: AtomicUsize = AtomicUsize::new(0);
 
 thread_local! {
-    /// Those among them that came on this thread.
+    /// Number of defects reported on this thread.
     static OWN_DEFECTS: Cell<usize> = const { Cell::new(0) };
-    /// The texts of this thread's messages, where a test wants them.
+    /// Messages of this thread, stored if a test asks for them.
     static TEXTS: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
 }
 
-/// How many messages of this thread spoke of a defect since the last call.
+/// Returns the number of defects reported on this thread since the last call.
 pub fn own_defects() -> usize {
     OWN_DEFECTS.take()
 }
 
-/// Keeps the texts of this thread's messages from now on, and hands back those since the last call.
+/// Stores the messages of this thread from now on, and returns those since the last call.
 pub fn texts() -> Vec<String> {
     TEXTS.with_borrow_mut(|texts| texts.replace(Vec::new())).unwrap_or_default()
 }
@@ -91,12 +91,12 @@ impl<M: Model> Unpacked<M> {
         unsafe { lifecycle::instantiate::<M>(name, kind, guid, uri, &callbacks, 0, 0) }
     }
 
-    /// An instance ready to step, or in event mode.
+    /// Returns an instance ready to step, or in event mode.
     pub fn started(&self, interface: Interface) -> Component {
         self.started_with(interface, &[])
     }
 
-    /// The same with other values of parameters.
+    /// Returns the same with other values of parameters.
     pub fn started_with(&self, interface: Interface, parameters: &[(u32, f64)]) -> Component {
         let c = self.instantiate(interface);
         assert!(!c.is_null());

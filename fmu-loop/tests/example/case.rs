@@ -1,4 +1,4 @@
-//! What is flown for derivatives: two vehicles, by either fidelity, and two designs.
+//! Cases for derivatives: two vehicles, both fidelities, and two designs.
 
 #![allow(dead_code, reason = "not every test needs everything")]
 
@@ -7,7 +7,7 @@ use squid_fmi2::{Described, Experiment, Instance, Interface, Model, Resources, S
 
 use crate::example::{SEA, resources, turning, with_curves, with_given_speed, with_two_degrees, without_lag};
 
-/// Which files, which equations of motion by their number, and whether under waves.
+/// Files, number of the equations of motion, and use of waves of one case.
 #[derive(Clone, Copy)]
 pub struct Case {
     pub resources: fn() -> Resources,
@@ -40,7 +40,7 @@ pub const CASES: [Case; 11] = [
     TURNING_WAVES,
 ];
 
-/// Waves of [`SEA`] over a vehicle that is 4 m deep; nothing for a model that has no sea.
+/// Sets the waves of [`SEA`] at a depth of 4 m; does nothing for a model without waves.
 pub fn set_waves<M: Model>(instance: &mut Instance<M>) {
     for (name, value) in SEA.into_iter().chain([("initial_depth", 4.0)]) {
         if let Some(parameter) = instance.table().reference(name) {
@@ -54,14 +54,14 @@ impl Case {
         describe(&(self.resources)()).unwrap()
     }
 
-    /// An instance in initialization mode.
+    /// Returns an instance in initialisation mode.
     pub fn instance<M: Model>(self, interface: Interface) -> Instance<M> {
         let mut instance = self.set_up(interface);
         instance.enter_initialization().unwrap();
         instance
     }
 
-    /// An instance before initialization mode.
+    /// Returns an instance before initialisation mode.
     pub fn set_up<M: Model>(self, interface: Interface) -> Instance<M> {
         let mut instance = Instance::made_for(interface, self.describe::<M>());
         instance.set_up(Experiment::default()).unwrap();
@@ -83,14 +83,14 @@ pub fn instance<M: Model>(interface: Interface) -> Instance<M> {
     SQUID.instance(interface)
 }
 
-/// An instance ready to step, or in event mode.
+/// Returns an instance ready to step, or in event mode.
 pub fn started<M: Model>(interface: Interface) -> Instance<M> {
     let mut instance = instance(interface);
     instance.exit_initialization(&mut Silent).unwrap();
     instance
 }
 
-/// The Real variables of a causality: reference, start and nominal value.
+/// Returns reference, start and nominal value of the Real variables of a causality.
 pub fn real_of(description: &ModelDescription, causality: Causality) -> Vec<(u32, f64, f64)> {
     let all = description.variables.iter().filter(|one| one.causality == causality);
     let number = |one: &squid_fmi2::model_description::ScalarVariable| match one.kind {

@@ -1,4 +1,4 @@
-//! A Squid with a controller made by hand, and any model flown without C.
+//! A Squid with a manually tuned controller, and any model simulated without the C interface.
 
 #![allow(dead_code, reason = "not every test needs everything")]
 
@@ -16,7 +16,7 @@ use squid_scheduled::*;
 pub use plant::{DEPTH, Flight};
 pub use small::input;
 
-/// Ten degrees at 2 s, from 0.8 to 2.4 m/s between 3 s and 13 s.
+/// Returns a manoeuvre: ten degrees at 2 s, and a ramp from 0.8 to 2.4 m/s between 3 s and 13 s.
 pub fn manoeuvre() -> Manoeuvre {
     Manoeuvre {
         format: MANOEUVRE_FORMAT.to_owned(),
@@ -31,17 +31,17 @@ pub fn manoeuvre() -> Manoeuvre {
     }
 }
 
-/// All four files.
+/// Returns all four files.
 pub fn resources() -> Resources {
     with(&design(), &manoeuvre())
 }
 
-/// Those of a vehicle with an actuator that follows its command at once.
+/// Returns the files of a vehicle with an actuator without lag.
 pub fn without_lag() -> Resources {
     together(plant::squid_without_lag(), &design(), &manoeuvre())
 }
 
-/// Those of a vehicle whose thrusters have curves, and of a design that knows them.
+/// Returns the files of a vehicle whose thrusters have curves, and of a design with these curves.
 pub fn with_curves() -> Resources {
     let files = plant::squid_with_curves();
     let vehicle =
@@ -53,9 +53,9 @@ pub fn with_curves() -> Resources {
     together(files, &design, &manoeuvre())
 }
 
-/// Those of a vehicle whose speed is given, and of a design for its planes that knows no reference of it.
+/// Returns the files of a vehicle with prescribed speed, and of a design for its planes without a speed reference.
 pub fn with_given_speed() -> Resources {
-    let files = plant::squid_at_a_given_speed();
+    let files = plant::squid_with_given_speed();
     let vehicle =
         Vehicle::from_json(files.text(squid_fmu_plant::VEHICLE_RESOURCE).unwrap(), "vehicle").unwrap();
     let mut design = two_degrees();
@@ -74,10 +74,10 @@ pub fn with_given_speed() -> Resources {
 /// Waves of 6 s from the side of the bow.
 pub const SEA: [(&str, f64); 3] = [("wave_height", 1.0), ("wave_period", 6.0), ("wave_heading", 2.5)];
 
-/// Those of a vehicle in six degrees of freedom, with a design of heading beside [`two_degrees`], that turns by 20
-/// degrees.
+/// Returns the files of a vehicle in six degrees of freedom, with a heading design besides [`two_degrees`], and a
+/// manoeuvre with a turn of 20 degrees.
 pub fn turning() -> Resources {
-    let files = plant::turning(&plant::squid_with_a_rudder(), [0.5, 1.75, 3.0]);
+    let files = plant::turning(&plant::squid_with_rudder(), [0.5, 1.75, 3.0]);
     let mut manoeuvre = manoeuvre();
     manoeuvre.steps.insert("heading".to_owned(), 20f64.to_radians());
     let mut resources = together(files, &two_degrees(), &manoeuvre);
@@ -88,7 +88,7 @@ pub fn turning() -> Resources {
     resources
 }
 
-/// PID on heading by the rudder, with damping by the heading's rate, its proportional part scheduled.
+/// Returns a PID on heading with the rudder, damped by the rate of heading, with scheduled proportional gain.
 fn of_heading() -> ControllerDesign {
     let port = |signal: &squid_signals::Signal| Port {
         name: signal.name.to_owned(),
@@ -111,7 +111,7 @@ fn of_heading() -> ControllerDesign {
         unit: unit.to_owned(),
         scale: 0.17,
     };
-    let vehicle = plant::squid_with_a_rudder();
+    let vehicle = plant::squid_with_rudder();
     let rudder = vehicle.actuators.last().unwrap();
     let design = design();
     let (kp, ki, kd) = (-1.2, -0.1, -1.0);
@@ -156,7 +156,7 @@ fn of_heading() -> ControllerDesign {
     }
 }
 
-/// Those of the design [`two_degrees`].
+/// Returns the files with the design [`two_degrees`].
 pub fn with_two_degrees() -> Resources {
     with(&two_degrees(), &manoeuvre())
 }
@@ -171,10 +171,11 @@ fn together(mut resources: Resources, design: &ControllerDesign, manoeuvre: &Man
     resources
 }
 
-/// PID on pitch by differential thrust, its proportional part scheduled, and PI on speed by total thrust.
+/// Returns a design: PID on pitch by differential thrust with scheduled proportional gain, and PI on speed by total
+/// thrust.
 ///
-/// The states are the integral of the pitch error, the low-passed pitch error, and the integral of the speed error.
-/// Speeds, inputs and sample time are those of the example of `scheduled`. Its trims are computed once.
+/// The states are the integral of the pitch error, the low-pass filtered pitch error, and the integral of the speed
+/// error. Speeds, inputs and sample time are those of the example of `scheduled`. The trims are computed once.
 pub fn design() -> ControllerDesign {
     static MADE: LazyLock<ControllerDesign> = LazyLock::new(by_hand);
     MADE.clone()
@@ -182,7 +183,8 @@ pub fn design() -> ControllerDesign {
 
 fn by_hand() -> ControllerDesign {
     const LAG: f64 = 0.2;
-    // N m/rad on a lever of 0.3 m, and N s/m on three thrusters; errors of 0.17 rad and 0.3 m/s, thrusts of 100 N.
+    // Pitch gain in N m/rad with a lever arm of 0.3 m, speed gain in N s/m on three thrusters; errors are scaled by
+    // 0.17 rad and 0.3 m/s, thrusts by 100 N.
     let (of_pitch, of_speed) = (0.17 / 0.3 / 100.0, 0.3 / 3.0 / 100.0);
     let [kp, ki, kd] = [20.0, 10.0, 30.0].map(|gain: f64| gain * of_pitch);
     let [kv, kvi] = [60.0, 12.0].map(|gain: f64| gain * of_speed);
@@ -222,8 +224,8 @@ fn by_hand() -> ControllerDesign {
     }
 }
 
-/// References and measurements as inputs of their own, with damping by the pitch rate, and the speed reference
-/// filtered.
+/// Returns a design with references and measurements as separate inputs, damped by the pitch rate, with a filtered
+/// speed reference.
 pub fn two_degrees() -> ControllerDesign {
     let mut design = design();
     let (pitch, speed) = (0.17, 0.3);
@@ -263,7 +265,7 @@ fn trim_table(vehicle: &Vehicle) -> TrimTable {
     }
 }
 
-/// The loop of these files, ready to step.
+/// Returns the loop of these files, ready to step.
 pub fn started(resources: &Resources) -> Flight<squid_fmu_loop::ClosedLoop> {
     Flight::started(squid_fmu_loop::describe(resources).unwrap())
 }

@@ -1,4 +1,4 @@
-//! Many instances and threads at once: each flies as if it were alone.
+//! Many instances and threads at once: each behaves as if it were alone.
 
 use crate::abi::{Unpacked, do_step, free, get, set};
 use crate::example;
@@ -13,7 +13,7 @@ const THREADS: usize = 8;
 const INSTANCES: usize = 6;
 const STEPS: usize = 60;
 
-/// Flies all instances of one thread in turn, each with its own value of an input; returns the bits of an output.
+/// Simulates all instances of one thread in turn, each with its own value of an input; returns the bits of an output.
 fn fly<M: Model>(fmu: &Unpacked<M>, input: u32, output: u32, first: usize) -> Vec<u64> {
     let all: Vec<_> = (0..INSTANCES).map(|_| fmu.started(Interface::CoSimulation)).collect();
     let mut bits = Vec::new();
@@ -53,22 +53,22 @@ fn flies_alike_alone_and_in_a_crowd<M: Model>(input: &str, output: &str) {
 }
 
 #[test]
-fn plants_do_not_disturb_one_another() {
+fn plants_are_independent() {
     flies_alike_alone_and_in_a_crowd::<PlantModel>("current_horizontal", "distance");
 }
 
 #[test]
-fn controllers_do_not_disturb_one_another() {
+fn controllers_are_independent() {
     flies_alike_alone_and_in_a_crowd::<Controller>("pitch_reference", "lower");
 }
 
 #[test]
-fn loops_do_not_disturb_one_another() {
+fn loops_are_independent() {
     flies_alike_alone_and_in_a_crowd::<ClosedLoop>("current_vertical", "depth");
 }
 
-/// NaN and infinity in every Real variable that can be set at all, in every state that lets it be set.
-fn refuses_what_is_not_finite<M: Model>() {
+/// Sets NaN and infinity in every Real variable, in every state in which it can be set.
+fn rejects_non_finite<M: Model>() {
     let fmu = Unpacked::<M>::new(&example::resources());
     let description = describe::<M>(&example::resources()).unwrap().description;
     let (fresh, started) = (fmu.instantiate(Interface::CoSimulation), fmu.started(Interface::CoSimulation));
@@ -98,8 +98,8 @@ fn refuses_what_is_not_finite<M: Model>() {
 }
 
 #[test]
-fn numbers_that_are_none_are_refused_everywhere() {
-    refuses_what_is_not_finite::<PlantModel>();
-    refuses_what_is_not_finite::<Controller>();
-    refuses_what_is_not_finite::<ClosedLoop>();
+fn rejects_nan_and_infinity_everywhere() {
+    rejects_non_finite::<PlantModel>();
+    rejects_non_finite::<Controller>();
+    rejects_non_finite::<ClosedLoop>();
 }

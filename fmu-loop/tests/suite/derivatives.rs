@@ -1,4 +1,4 @@
-//! Directional derivatives, against differences.
+//! Directional derivatives, compared with finite differences.
 
 use crate::case::*;
 use crate::example::resources;
@@ -9,8 +9,9 @@ use squid_fmu_controller::Controller;
 use squid_fmu_loop::ClosedLoop;
 use squid_fmu_plant::PlantModel;
 
-/// Asserts that derivatives are the differences of `value` on both sides, relative to the size of what is compared, for
-/// one of three steps: near rest the root of a thruster's curve bends more within the largest.
+/// Asserts that derivatives equal the central differences of `value`, relative to the size of the
+/// compared quantities, for one of three step sizes: near rest the root in a thruster's curve bends too much within the
+/// largest.
 fn assert_slopes(names: &[&str], exact: &[f64], size: &[f64], step: f64, value: impl Fn(f64) -> Vec<f64>) {
     let steps = [step, 0.1 * step, 0.01 * step].map(|step| (step, value(step), value(-step)));
     for (position, name) in names.iter().enumerate() {
@@ -22,12 +23,12 @@ fn assert_slopes(names: &[&str], exact: &[f64], size: &[f64], step: f64, value: 
     }
 }
 
-/// `at + step by`.
+/// Returns `at + step * by`.
 fn along(at: &[f64], by: &[f64], step: f64) -> Vec<f64> {
     at.iter().zip(by).map(|(at, by)| at + step * by).collect()
 }
 
-/// The rates and the outputs, with their names.
+/// Returns the value references of derivatives and outputs, with their names.
 fn unknowns(description: &ModelDescription) -> (Vec<u32>, Vec<&str>) {
     let rates = description.structure().derivatives.into_iter().map(|one| one.index as u32 - 1);
     let unknowns: Vec<u32> = rates.chain(references(&real_of(description, Causality::Output))).collect();
@@ -35,8 +36,8 @@ fn unknowns(description: &ModelDescription) -> (Vec<u32>, Vec<&str>) {
     (unknowns, names)
 }
 
-/// Rates and outputs of a model under its own states and inputs, in continuous-time mode, along a direction.
-fn hold_in_continuous_time<M: Model>(case: Case, offsets: &[f64], direction: &[f64]) {
+/// Checks derivatives and outputs with respect to states and inputs, in continuous-time mode, along a direction.
+fn check_in_continuous_time<M: Model>(case: Case, offsets: &[f64], direction: &[f64]) {
     let description = case.describe::<M>().description;
     let mut instance = case.instance::<M>(Interface::ModelExchange);
     instance.exit_initialization(&mut Silent).unwrap();
@@ -84,7 +85,7 @@ proptest! {
         offsets in prop::collection::vec(0.1..1.0, 17),
         direction in prop::collection::vec(-1.0..1.0, 13),
     ) {
-        CASES.iter().for_each(|case| hold_in_continuous_time::<PlantModel>(*case, &offsets, &direction));
+        CASES.iter().for_each(|case| check_in_continuous_time::<PlantModel>(*case, &offsets, &direction));
     }
 
     #[test]
@@ -92,7 +93,7 @@ proptest! {
         offsets in prop::collection::vec(0.1..1.0, 17),
         direction in prop::collection::vec(-1.0..1.0, 13),
     ) {
-        CASES.iter().for_each(|case| hold_in_continuous_time::<ClosedLoop>(*case, &offsets, &direction));
+        CASES.iter().for_each(|case| check_in_continuous_time::<ClosedLoop>(*case, &offsets, &direction));
     }
 
     #[test]
@@ -101,7 +102,7 @@ proptest! {
         direction in prop::collection::vec(-1.0..1.0, 12),
     ) {
         for case in [SQUID, TWO_DEGREES, CURVED, GIVEN, TURNING] {
-            hold_at_the_first_outputs(case, &at, &direction);
+            check_first_outputs(case, &at, &direction);
         }
     }
 
@@ -112,12 +113,12 @@ proptest! {
         ticks in 0..20,
     ) {
         for case in [SQUID, TWO_DEGREES, CURVED, GIVEN, TURNING] {
-            hold_at_the_next_tick(case, &at, &direction, ticks);
+            check_next_tick(case, &at, &direction, ticks);
         }
     }
 }
 
-/// The inputs of the controller near level flight and a direction of them, and the outputs.
+/// Returns the inputs of the controller near level flight, a direction, and the outputs.
 fn around(case: Case, at: &[f64], direction: &[f64]) -> (Vec<u32>, Vec<f64>, Vec<f64>, Vec<u32>) {
     let description = case.describe::<Controller>().description;
     let inputs = real_of(&description, Causality::Input);
@@ -126,8 +127,9 @@ fn around(case: Case, at: &[f64], direction: &[f64]) -> (Vec<u32>, Vec<f64>, Vec
     (references(&inputs), at_inputs(&inputs, at), seed, outputs)
 }
 
-/// The first outputs of the controller by its inputs, in initialization mode, by setting and getting.
-fn hold_at_the_first_outputs(case: Case, at: &[f64], direction: &[f64]) {
+/// Checks the first outputs of the controller with respect to its inputs, in initialisation mode, by setting and
+/// getting.
+fn check_first_outputs(case: Case, at: &[f64], direction: &[f64]) {
     let (inputs, place, seed, outputs) = around(case, at, direction);
     let mut now = case.instance::<Controller>(Interface::CoSimulation);
     write(&mut now, &inputs, &place);
@@ -142,9 +144,9 @@ fn hold_at_the_first_outputs(case: Case, at: &[f64], direction: &[f64]) {
     assert_outputs(&outputs, &exact, values);
 }
 
-/// Where applied commands are used, the next tick depends on them too: by the anti-windup, or because it follows them.
+/// The next tick also depends on applied commands if they are used: by the anti-windup, or because it follows them.
 #[test]
-fn there_are_none_while_applied_commands_are_used() {
+fn no_derivatives_while_applied_commands_are_used() {
     let description = SQUID.describe::<Controller>().description;
     let of = |name: &str| u32::try_from(description.position(name).unwrap()).unwrap();
     let refused = |name: &str, value: bool| {
@@ -161,8 +163,8 @@ fn there_are_none_while_applied_commands_are_used() {
     assert!(refused("engaged", false) && refused("applied_given", true));
 }
 
-/// In a flight: the commands of the tick that the next step begins with, by setting, stepping and getting.
-fn hold_at_the_next_tick(case: Case, at: &[f64], direction: &[f64], ticks: i32) {
+/// Checks the commands of the tick at the start of the next step, by setting, stepping and getting.
+fn check_next_tick(case: Case, at: &[f64], direction: &[f64], ticks: i32) {
     let (inputs, place, seed, outputs) = around(case, at, direction);
     let sample_time = 0.02;
     let mut now = case.instance::<Controller>(Interface::CoSimulation);
@@ -194,13 +196,8 @@ fn assert_outputs(outputs: &[u32], exact: &[f64], values: impl Fn(f64) -> Vec<f6
     assert_slopes(&names, exact, &vec![1.0; outputs.len()], 1e-6, values);
 }
 
-/// First outputs and rates by the inputs, in initialization mode, by setting and getting.
-fn hold_at_the_start<M: Model>(
-    case: Case,
-    offsets: &[f64],
-    direction: &[f64],
-    prepare: fn(&mut Instance<M>),
-) {
+/// Checks first outputs and derivatives with respect to the inputs, in initialisation mode, by setting and getting.
+fn check_start<M: Model>(case: Case, offsets: &[f64], direction: &[f64], prepare: fn(&mut Instance<M>)) {
     let description = case.describe::<M>().description;
     let inputs = real_of(&description, Causality::Input);
     let offset = |(&(_, start, nominal), by): (&(u32, f64, f64), &f64)| start + 0.1 * nominal * by;
@@ -224,21 +221,21 @@ fn hold_at_the_start<M: Model>(
 }
 
 #[test]
-fn at_the_start_they_are_those_of_the_initialisation() {
+fn derivatives_at_start_are_those_of_initialisation() {
     let directions = [[1.0, 0.3, -0.7], [-0.2, 1.0, 0.4]];
     for (case, direction) in CASES.iter().flat_map(|case| directions.iter().map(|one| (*case, one))) {
-        hold_at_the_start::<PlantModel>(case, &[0.5, -0.3, 0.2, 0.4], direction, |_| {});
-        hold_at_the_start::<ClosedLoop>(case, &[0.31, -0.27, 0.23, 0.4], direction, |_| {});
-        hold_at_the_start::<ClosedLoop>(case, &[0.31, -0.27, 0.23, 0.4], direction, |instance| {
+        check_start::<PlantModel>(case, &[0.5, -0.3, 0.2, 0.4], direction, |_| {});
+        check_start::<ClosedLoop>(case, &[0.31, -0.27, 0.23, 0.4], direction, |_| {});
+        check_start::<ClosedLoop>(case, &[0.31, -0.27, 0.23, 0.4], direction, |instance| {
             let manual = instance.table().reference("manual").unwrap();
             instance.set(&[manual], |_| true).unwrap();
         });
     }
 }
 
-/// The slopes of the trims differ on either side of a row of their table, and beyond it there are none.
+/// The slopes of the trims differ on either side of a row of their table, and vanish beyond its ends.
 #[test]
-fn at_a_row_of_the_trim_table_they_are_those_to_the_right() {
+fn derivatives_at_a_trim_row_are_right_sided() {
     let mut instance = LPV.instance::<PlantModel>(Interface::ModelExchange);
     instance.exit_initialization(&mut Silent).unwrap();
     let reference = |name: &str| instance.table().reference(name).unwrap();
@@ -261,7 +258,7 @@ fn at_a_row_of_the_trim_table_they_are_those_to_the_right() {
     }
 }
 
-/// Inputs near level flight in the middle of the speeds, off the corners of the trim table.
+/// Returns inputs near level flight at the centre of the speeds, away from the corners of the trim table.
 fn at_inputs(inputs: &[(u32, f64, f64)], offsets: &[f64]) -> Vec<f64> {
     let place = inputs.iter().zip(offsets).map(|((_, start, nominal), offset)| match *nominal {
         1.0 => off_corner(start + 0.45 * offset),
@@ -270,7 +267,7 @@ fn at_inputs(inputs: &[(u32, f64, f64)], offsets: &[f64]) -> Vec<f64> {
     place.collect()
 }
 
-/// The trim table of the example has a corner every 0.1 m/s or so; its speeds along the body are a little less.
+/// Shifts a speed off the corners of the trim table, which lie about 0.1 m/s apart.
 fn off_corner(speed: f64) -> f64 {
     let trims =
         describe::<Controller>(&resources()).unwrap().model.axes()[0].design().trim.forward_speed.clone();
@@ -279,7 +276,7 @@ fn off_corner(speed: f64) -> f64 {
 }
 
 #[test]
-fn parameters_are_no_knowns() {
+fn rejects_derivatives_by_parameters() {
     let mut instance = instance::<PlantModel>(Interface::CoSimulation);
     let reference = |name: &str| described::<PlantModel>().position(name).unwrap() as u32;
     let (pitch, mass) = (reference("pitch"), reference("mass"));

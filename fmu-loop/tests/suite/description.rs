@@ -1,4 +1,4 @@
-//! What the loop says of itself, and which files it refuses.
+//! Model description of the loop, and the files that it refuses.
 
 use crate::example::{Flight, design, manoeuvre, resources, turning, with};
 use squid_auv::VIEWS;
@@ -9,7 +9,7 @@ use squid_fmu_loop::describe;
 use squid_scheduled::MANOEUVRE_RESOURCE;
 use squid_signals::Curve;
 
-/// What a controller of any view measures, the plant puts out by the same name and in the same unit.
+/// Every signal measured by a controller of any view is an output of the plant with the same name and unit.
 #[test]
 fn every_signal_is_an_output_of_the_plant() {
     let [plane, whole] =
@@ -94,7 +94,7 @@ fn describes_itself_from_the_files() {
 }
 
 #[test]
-fn the_guid_follows_the_manoeuvre() {
+fn guid_depends_on_the_manoeuvre() {
     let mut longer = manoeuvre();
     longer.duration = 31.0;
     assert_ne!(describe(&with(&design(), &longer)).unwrap().guid, describe(&resources()).unwrap().guid);
@@ -105,7 +105,7 @@ fn refusal(resources: &Resources) -> String {
 }
 
 #[test]
-fn refuses_missing_and_damaged_files() {
+fn rejects_missing_and_damaged_files() {
     for name in ["vehicle.json", "plant.json", "controller.json", "manoeuvre.json"] {
         let complete = resources();
         let others = complete.iter().filter(|(other, _)| *other != name);
@@ -122,7 +122,7 @@ fn refuses_missing_and_damaged_files() {
 }
 
 #[test]
-fn refuses_a_manoeuvre_that_cannot_be_flown() {
+fn rejects_infeasible_manoeuvre() {
     let mut damaged = resources();
     let text = manoeuvre().to_json().unwrap().replace("\"ramp_duration\": 10.0", "\"ramp_duration\": -10.0");
     damaged.insert(MANOEUVRE_RESOURCE, text);
@@ -132,7 +132,7 @@ fn refuses_a_manoeuvre_that_cannot_be_flown() {
 }
 
 #[test]
-fn refuses_a_controller_of_another_vehicle() {
+fn rejects_controller_of_another_vehicle() {
     let mut other = design();
     other.vehicle.name = "whale".to_owned();
     let message = refusal(&with(&other, &manoeuvre()));
@@ -151,7 +151,7 @@ fn refuses_a_controller_of_another_vehicle() {
 }
 
 #[test]
-fn refuses_parameters_that_cannot_be_flown() {
+fn rejects_infeasible_parameters() {
     for (name, value, expected) in [
         ("ramp_duration", 0.0, "the manoeuvre cannot be flown: ramp_duration is 0, but must be"),
         ("step_end", 1.0, "the manoeuvre cannot be flown: step_end is 1 s, before step_time at 2 s"),
@@ -165,8 +165,8 @@ fn refuses_parameters_that_cannot_be_flown() {
     }
 }
 
-/// Minimum and maximum of FMI include the ends; where the model refuses an end, the description says so.
-fn ends_are_taken_or_excluded_in_words<M: Model>(describe: fn() -> Described<M>) -> usize {
+/// FMI's minimum and maximum include the ends; the description says so if the model refuses an end.
+fn ends_are_accepted_or_excluded<M: Model>(describe: fn() -> Described<M>) -> usize {
     let description = describe().description;
     let mut excluded = 0;
     for parameter in description.variables.iter().filter(|one| one.causality == Causality::Parameter) {
@@ -191,7 +191,7 @@ fn ends_are_taken_or_excluded_in_words<M: Model>(describe: fn() -> Described<M>)
 }
 
 #[test]
-fn an_end_of_a_range_that_is_refused_is_excluded_in_words() {
-    assert!(ends_are_taken_or_excluded_in_words(|| squid_fmu_plant::describe(&resources()).unwrap()) >= 3);
-    assert!(ends_are_taken_or_excluded_in_words(|| describe(&resources()).unwrap()) >= 6);
+fn description_excludes_rejected_ends_of_ranges() {
+    assert!(ends_are_accepted_or_excluded(|| squid_fmu_plant::describe(&resources()).unwrap()) >= 3);
+    assert!(ends_are_accepted_or_excluded(|| describe(&resources()).unwrap()) >= 6);
 }

@@ -1,4 +1,4 @@
-//! The loop as an FMU, without C: what it flies, and that the way of stepping it does not matter.
+//! The loop as an FMU, without the C interface: its motion, and that it does not depend on how it is stepped.
 
 use crate::example::{
     Flight, design, input, manoeuvre, resources, started, turning, two_degrees, with, with_two_degrees,
@@ -26,7 +26,7 @@ fn follows_step_and_ramp() {
         assert!(flight.get("tracking_error").abs() < 1e-6, "starts in trim");
         let level = flight.get("pitch");
         flight.fly(1.9, 0.1);
-        // The trim of this LPV model is interpolated between three speeds, and 0.8 m/s is none of them.
+        // The trim of this LPV model is interpolated between three speeds, none of which is 0.8 m/s.
         let drift = (flight.get("pitch") - level).abs();
         assert!(fidelity == LPV || drift < 1e-4, "and stays there until the step: {drift}");
         flight.fly(60.0, 0.1);
@@ -43,7 +43,7 @@ fn follows_step_and_ramp() {
     }
 }
 
-/// References by the formulas of the manoeuvre written out, and the trim table looked up as in the design.
+/// Returns the references by the explicit formulas of the manoeuvre, with the trim table of the design.
 fn references(time: f64) -> [f64; 3] {
     let design = design();
     let autopilot = squid_scheduled::Autopilot::new(&design).unwrap();
@@ -60,7 +60,7 @@ fn equals_plant_and_controller_stepped_by_a_master() {
 }
 
 #[test]
-fn in_six_degrees_of_freedom_it_equals_them_too() {
+fn equals_plant_and_controller_in_six_dof() {
     let measured = ["pitch", "speed", "pitch_rate", "heading", "heading_rate"];
     equals_both_stepped_by_a_master(&turning(), &measured);
 }
@@ -83,7 +83,7 @@ fn equals_both_stepped_by_a_master(resources: &Resources, measured: &[&str]) {
         plant.set("initial_speed", 0.8);
         plant.begin().unwrap();
         let mut controller = Flight::prepare(squid_fmu_controller::describe(resources).unwrap(), 0.0);
-        // Where a filter of the reference begins.
+        // Initial value of the reference filter.
         controller.set("speed_reference", references(0.0)[1]);
         controller.begin().unwrap();
         for tick in 0..1000 {
@@ -122,10 +122,10 @@ fn equals_both_stepped_by_a_master(resources: &Resources, measured: &[&str]) {
     }
 }
 
-/// A design that measures more, but makes nothing of it, flies as the design without; and one whose inputs are
-/// references and measurements as the one with their differences.
+/// A design with unused measurements behaves as the design without them; one with references and measurements as inputs
+/// behaves as the one with their differences.
 #[test]
-fn the_same_controller_with_other_inputs_flies_alike() {
+fn equivalent_controllers_give_equal_motion() {
     let mut idle = design();
     idle.controller_inputs.push(input("pitch_rate", Kind::Measurement, 0.1));
     idle.controller_inputs.push(input("heave", Kind::Measurement, 0.1));
@@ -166,7 +166,7 @@ fn results_do_not_depend_on_the_communication_step() {
 }
 
 #[test]
-fn rounded_steps_neither_lose_nor_double_a_tick() {
+fn rounded_steps_neither_skip_nor_repeat_a_tick() {
     let resources = resources();
     let mut exact = started(&resources);
     exact.fly(10.0, 0.02);
@@ -182,7 +182,7 @@ fn rounded_steps_neither_lose_nor_double_a_tick() {
 }
 
 #[test]
-fn manual_hands_the_references_over_and_back() {
+fn manual_switches_references_over_and_back() {
     let mut flight = started(&with(&design(), &Manoeuvre { speed_to: 0.8, ..manoeuvre().without_steps() }));
     let (pitch, speed) = (flight.get("pitch_reference_used"), flight.get("speed_reference_used"));
     flight.set("pitch_reference", 0.1);
@@ -201,7 +201,7 @@ fn manual_hands_the_references_over_and_back() {
 }
 
 #[test]
-fn manual_references_equal_to_the_manoeuvre_change_nothing() {
+fn manual_references_of_the_manoeuvre_change_nothing() {
     for fidelity in [NONLINEAR, LPV] {
         let mut flights = [false, true].map(|manual| {
             let mut flight = Flight::prepare(describe(&resources()).unwrap(), 0.0);
@@ -225,7 +225,7 @@ fn manual_references_equal_to_the_manoeuvre_change_nothing() {
 }
 
 #[test]
-fn reset_and_restored_states_fly_the_same_again() {
+fn reset_and_restored_states_repeat_the_motion() {
     let mut flight = started(&resources());
     flight.fly(6.01, 0.01);
     let middle = flight.instance.snapshot().unwrap();
@@ -243,7 +243,7 @@ fn reset_and_restored_states_fly_the_same_again() {
 }
 
 #[test]
-fn parameters_of_manoeuvre_and_vehicle_are_obeyed() {
+fn applies_parameters_of_manoeuvre_and_vehicle() {
     let mut flight = Flight::prepare(describe(&resources()).unwrap(), 0.0);
     flight.set("speed_from", 1.5);
     flight.set("pitch_step", -0.1);
@@ -258,7 +258,7 @@ fn parameters_of_manoeuvre_and_vehicle_are_obeyed() {
 }
 
 #[test]
-fn a_flight_may_start_at_any_time() {
+fn starts_at_any_time() {
     let mut flight = Flight::prepare(describe(&resources()).unwrap(), 100.0);
     flight.begin().unwrap();
     assert!((flight.get("path_speed") - 2.4).abs() < 1e-9, "the ramp is over");
@@ -268,7 +268,7 @@ fn a_flight_may_start_at_any_time() {
 }
 
 #[test]
-fn a_current_carries_the_vehicle() {
+fn current_carries_the_vehicle() {
     let resources = resources();
     let mut flights = [0.0, 0.5].map(|current| {
         let mut flight = started(&resources);
@@ -282,8 +282,9 @@ fn a_current_carries_the_vehicle() {
 }
 
 #[test]
-fn warns_once_per_entry() {
-    // The speed leaves the range at the end of the ramp, comes back by hand, and leaves it again below.
+fn warns_once_per_excursion() {
+    // The speed leaves the range at the end of the ramp, is brought back by `manual`, and leaves it again at the lower
+    // end.
     let fast = Manoeuvre { speed_from: 2.5, speed_to: 3.4, ..manoeuvre() };
     let mut flight = started(&with(&design(), &fast));
     flight.fly(20.0, 0.1);

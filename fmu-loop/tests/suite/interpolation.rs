@@ -1,4 +1,4 @@
-//! Inputs on ramps: one long step with rates is the limit of many short ones with held inputs.
+//! Ramped inputs: one long step with rates is the limit of many short ones with held inputs.
 
 use crate::example::{Flight, resources};
 use squid_fmi2::{Model, Silent, describe};
@@ -10,7 +10,7 @@ fn started<M: Model>() -> Flight<M> {
     Flight::started(describe(&resources()).unwrap())
 }
 
-/// Flies a second with an input on a ramp, in one step with a rate and in many with held values.
+/// Simulates a second with a ramped input, in one step with a rate and in many with held values.
 fn ramp_and_stairs<M: Model>(input: &str, rate: f64, prepare: fn(&mut Flight<M>)) -> [Flight<M>; 2] {
     let [mut ramp, mut stairs] = [started::<M>(), started::<M>()];
     [&mut ramp, &mut stairs].into_iter().for_each(prepare);
@@ -39,7 +39,7 @@ fn assert_alike<M: Model>(flights: &mut [Flight<M>; 2], outputs: &[&str], tolera
 }
 
 #[test]
-fn the_plant_follows_ramps_of_commands_and_currents() {
+fn plant_follows_ramps_of_commands_and_currents() {
     for (input, rate) in [("lower", 40.0), ("upper_port", -300.0), ("current_horizontal", 0.5)] {
         let mut flights = ramp_and_stairs::<PlantModel>(input, rate, |_| {});
         assert_alike(&mut flights, &["pitch", "pitch_rate", "depth", "distance", "lower_output"], 1e-5);
@@ -51,7 +51,7 @@ fn the_plant_follows_ramps_of_commands_and_currents() {
 }
 
 #[test]
-fn the_loop_follows_ramps_of_references_from_tick_to_tick() {
+fn loop_follows_ramps_of_references_between_ticks() {
     let mut flights =
         ramp_and_stairs::<ClosedLoop>("pitch_reference", 0.1, |flight| flight.set("manual", true));
     assert_alike(&mut flights, &["pitch", "speed", "depth", "pitch_reference_used", "lower"], 1e-3);
@@ -60,7 +60,7 @@ fn the_loop_follows_ramps_of_references_from_tick_to_tick() {
 }
 
 #[test]
-fn what_cannot_be_interpolated_is_refused() {
+fn rejects_rates_of_other_variables() {
     let mut controller = started::<Controller>();
     let pitch = controller.reference("pitch");
     let refused = controller.instance.set_input_derivatives(&[pitch], &[1], &[0.1]).unwrap_err().to_string();
@@ -83,9 +83,9 @@ fn what_cannot_be_interpolated_is_refused() {
     assert_eq!(plant.get("lower"), before, "none of the refused rates was set");
 }
 
-/// A state taken between the rate and the step remembers the rate.
+/// A state saved between setting the rate and the step contains the rate.
 #[test]
-fn a_state_remembers_the_rates() {
+fn saved_state_contains_the_rates() {
     let mut plant = started::<PlantModel>();
     let lower = plant.reference("lower");
     plant.instance.set_input_derivatives(&[lower], &[1], &[30.0]).unwrap();

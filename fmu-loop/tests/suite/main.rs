@@ -1,4 +1,4 @@
-//! All tests but those that count allocations, in one program: each program is compiled and linked anew.
+//! All tests except those that count allocations, in one binary, to save link time.
 #![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 #[path = "../abi/mod.rs"]

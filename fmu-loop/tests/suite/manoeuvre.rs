@@ -1,4 +1,4 @@
-//! References over time, and what a manoeuvre file may say.
+//! References over time, and the contents of a manoeuvre file.
 
 use crate::example::{design, manoeuvre};
 use serde_json::{Value, json};
@@ -18,7 +18,7 @@ fn speed_ramps_between_its_ends() {
 }
 
 #[test]
-fn the_step_comes_and_ends_on_time_in_spite_of_rounding() {
+fn step_starts_and_ends_on_time_despite_rounding() {
     let manoeuvre = Manoeuvre { step_time: 0.3, step_end: 0.6, ..manoeuvre() };
     let height = manoeuvre.step("pitch");
     let at = |tick: f64| manoeuvre.above_trim(tick * 0.02, "pitch");
@@ -28,7 +28,7 @@ fn the_step_comes_and_ends_on_time_in_spite_of_rounding() {
 }
 
 #[test]
-fn files_read_back_to_the_same_numbers() {
+fn manoeuvre_file_round_trips() {
     let manoeuvre = manoeuvre().with_step("pitch", 0.1 + 0.2);
     assert_eq!(Manoeuvre::from_json(&manoeuvre.to_json().unwrap()).unwrap(), manoeuvre);
     let deeper = manoeuvre.with_step("depth", -1.5);
@@ -37,7 +37,7 @@ fn files_read_back_to_the_same_numbers() {
 }
 
 #[test]
-fn says_which_key_is_wrong() {
+fn message_names_the_wrong_key() {
     for (key, value, expected) in [
         ("format", json!("squid-manoeuvre/2"), "format is 'squid-manoeuvre/2', but only 'squid-manoeuvre/1'"),
         ("steps", json!({"pitch": "high"}), "invalid type: string \"high\", expected f64"),
@@ -75,7 +75,7 @@ fn says_which_key_is_wrong() {
 }
 
 #[test]
-fn numbers_that_are_not_finite_are_refused() {
+fn rejects_non_finite_numbers() {
     for (manoeuvre, expected) in [
         (Manoeuvre { step_end: f64::INFINITY, ..manoeuvre() }, "step_end"),
         (Manoeuvre { step_time: f64::NAN, ..manoeuvre() }, "step_time"),

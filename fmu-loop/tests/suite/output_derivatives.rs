@@ -1,4 +1,4 @@
-//! Derivatives of outputs by time, against short steps.
+//! Time derivatives of outputs, compared with short steps.
 
 use crate::case::*;
 use squid_fmi2::model_description::Causality;
@@ -34,9 +34,9 @@ fn outputs_move_as_told<M: Model>(case: Case) {
     assert!(refused.unwrap_err().to_string().contains("order 2"));
 }
 
-/// An input on a ramp moves the outputs that it reaches at once, both by what it is and by its rate.
+/// A ramped input moves the outputs with direct feedthrough, both by its value and by its rate.
 #[test]
-fn on_a_ramp_outputs_move_as_their_derivatives_say() {
+fn ramped_outputs_match_their_derivatives() {
     let description = described::<PlantModel>();
     let mut instance = instance::<PlantModel>(Interface::CoSimulation);
     instance.exit_initialization(&mut Silent).unwrap();
@@ -62,7 +62,7 @@ fn on_a_ramp_outputs_move_as_their_derivatives_say() {
         assert!((found - stated).abs() < 1e-4 * (1.0 + stated.abs()), "{output}: {stated} and {found}");
         assert!(*output != speed || *stated < -0.05, "the water comes faster and faster: {stated}");
     }
-    // The rates are part of the state, also of one that went through bytes; a step without them ends them.
+    // The rates are part of the saved state, serialised or not; a step without rates resets them.
     let mut again = vec![0.0; outputs.len()];
     instance.restore(&instance.deserialise(&bytes).unwrap()).unwrap();
     instance.output_derivatives(&outputs, &orders, &mut again, &mut Silent).unwrap();
@@ -74,7 +74,7 @@ fn on_a_ramp_outputs_move_as_their_derivatives_say() {
 }
 
 #[test]
-fn outputs_move_as_their_derivatives_say() {
+fn outputs_match_their_derivatives() {
     for case in CASES {
         outputs_move_as_told::<PlantModel>(case);
         outputs_move_as_told::<ClosedLoop>(case);

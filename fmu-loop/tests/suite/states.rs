@@ -1,4 +1,4 @@
-//! Run, save, run on, restore, run on: the same bits, whether the state stayed in memory or went through bytes.
+//! Run, save, run, restore, run: the same bits, with the state in memory or serialised.
 
 use crate::case::{read, real_of, references, set_waves};
 use crate::example::{resources, turning, with_given_speed, with_two_degrees};
@@ -9,7 +9,7 @@ use squid_fmu_controller::Controller;
 use squid_fmu_loop::ClosedLoop;
 use squid_fmu_plant::PlantModel;
 
-/// One step: its size \[s\], and how far the inputs are from their start values in units of their nominal ones.
+/// One step: its size \[s\], and the offsets of the inputs from their start values in units of their nominal values.
 type Move = (f64, Vec<f64>);
 
 fn moves(count: usize) -> impl Strategy<Value = Vec<Move>> {
@@ -34,7 +34,7 @@ fn begun<M: Model>(resources: &Resources, prepare: fn(&mut Instance<M>)) -> Inst
     instance
 }
 
-/// Weight, buoyancy and centre of gravity, a little off what they are at the start.
+/// Sets weight, buoyancy and centre of gravity slightly off their start values.
 fn tune<M: Model>(instance: &mut Instance<M>, description: &ModelDescription, offset: f64) {
     for (name, per_offset) in [("weight", 10.0), ("buoyancy", -20.0), ("x_G", 0.01), ("z_G", 0.02)] {
         let Some(reference) = instance.table().reference(name) else { return };
@@ -78,7 +78,7 @@ fn goes_on_alike_from<M: Model>(
     first.restore(&snapshot).unwrap();
     assert_eq!(first.serialise(&first.snapshot().unwrap()).unwrap(), bytes, "nothing is forgotten");
     assert_eq!(run(&mut first, &description, after), expected, "restored from snapshot");
-    // An instance that never ran, and one that ran elsewhere.
+    // An instance that never ran, and one that ran differently.
     for mut other in [instance::<M>(resources), first] {
         let read = other.deserialise(&bytes).unwrap();
         other.restore(&read).unwrap();
@@ -139,7 +139,7 @@ fn outlasts_every_phase<M: Model>(interface: Interface) {
 }
 
 #[test]
-fn every_phase_survives_as_bytes() {
+fn every_phase_round_trips_as_bytes() {
     for interface in [Interface::CoSimulation, Interface::ModelExchange] {
         outlasts_every_phase::<PlantModel>(interface);
         outlasts_every_phase::<ClosedLoop>(interface);
@@ -147,9 +147,9 @@ fn every_phase_survives_as_bytes() {
     outlasts_every_phase::<Controller>(Interface::CoSimulation);
 }
 
-/// Bytes that keep their checksum but change their content are what an attacker or a defect would send.
+/// Bytes with a valid checksum but other content are what an attacker or a defect would send.
 #[test]
-fn the_state_of_another_fmu_is_refused() {
+fn rejects_state_of_another_fmu() {
     let plant = started::<PlantModel>(&resources());
     let bytes = plant.serialise(&plant.snapshot().unwrap()).unwrap();
     let message = started::<ClosedLoop>(&resources()).deserialise(&bytes).unwrap_err().to_string();

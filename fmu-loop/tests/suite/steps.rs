@@ -1,4 +1,4 @@
-//! Steps as importers send them: time never drifts, and how an interval is cut does not matter.
+//! Steps as importers make them: time never drifts, and the partition of an interval does not matter.
 
 use crate::case::{described, read, real_of, references, started};
 use crate::example::resources;
@@ -9,21 +9,21 @@ use squid_fmu_controller::Controller;
 use squid_fmu_loop::ClosedLoop;
 use squid_fmu_plant::PlantModel;
 
-/// The sizes of steps that importers were seen to send for 0.01 s.
+/// Sizes of steps that importers were seen to send for 0.01 s.
 const NEARLY_A_HUNDREDTH: [f64; 4] = [0.01, 0.00999999999999934, 0.010000000000000009, 0.009999999999999787];
 
 fn outputs<M: Model>(instance: &mut Instance<M>) -> Vec<f64> {
     read(instance, &references(&real_of(&described::<M>(), Causality::Output)))
 }
 
-/// Pushes an input off its start, so that something moves.
+/// Offsets an input from its start value, so that something moves.
 fn disturb<M: Model>(instance: &mut Instance<M>, name: &str, by: f64) {
     let reference = instance.table().reference(name).unwrap();
     let start = read(instance, &[reference])[0];
     instance.set(&[reference], |_| start + by).unwrap();
 }
 
-/// Outputs after ten seconds of steps that the importer reckons in its own way.
+/// Returns outputs after ten seconds of steps computed in the importer's own way.
 fn flown<M: Model>(disturbed: &str, next: impl Fn(usize, f64) -> Option<(f64, f64)>) -> (f64, Vec<f64>) {
     let mut instance = started::<M>(Interface::CoSimulation);
     disturb(&mut instance, disturbed, 0.05);
@@ -45,7 +45,7 @@ fn cut_does_not_matter<M: Model>(disturbed: &str, tolerance: f64) {
     let mut all =
         vec![("a third of a hundredth", cut(0.01 / 3.0)), ("a seventh of a second", cut(1.0 / 7.0))];
     for size in NEARLY_A_HUNDREDTH {
-        // Each step begins where the importer's own clock stands.
+        // Each step starts at the importer's own time.
         all.push((
             "steps on the importer's grid",
             flown::<M>(disturbed, |k, _| (k < 1000).then_some((k as f64 * 0.01, size))),
@@ -67,19 +67,18 @@ fn cut_does_not_matter<M: Model>(disturbed: &str, tolerance: f64) {
 }
 
 #[test]
-fn a_plant_flies_alike_in_any_steps() {
+fn plant_does_not_depend_on_step_sizes() {
     cut_does_not_matter::<PlantModel>("lower", 1e-9);
 }
 
 #[test]
-fn a_loop_flies_alike_in_any_steps() {
+fn loop_does_not_depend_on_step_sizes() {
     cut_does_not_matter::<ClosedLoop>("current_vertical", 1e-9);
 }
 
-/// A current that begins at a tick is there for this tick, on whichever side of it the importer's clock stands by
-/// rounding.
+/// A current set at a tick acts in this tick, on whichever side of it the importer's time lies by rounding.
 #[test]
-fn a_tick_sees_what_was_set_for_it() {
+fn tick_uses_inputs_set_at_its_time() {
     let flown = |size: f64, summed: bool| {
         let mut instance = started::<ClosedLoop>(Interface::CoSimulation);
         let steps = |seconds: f64| (seconds / size).round() as usize;
@@ -102,11 +101,11 @@ fn a_tick_sees_what_was_set_for_it() {
     }
 }
 
-/// At a hundredth of a second, counted from the start, an input goes this far off its start value, in nominals.
+/// A time in hundredths of a second, an input, and its offset from the start value in nominal values.
 type Setting = (usize, usize, f64);
 
-/// Outputs after three seconds in which inputs are set, each hundredth cut into so many steps.
-fn flown_under<M: Model>(settings: &[Setting], pieces: usize, summed: bool) -> Vec<f64> {
+/// Returns outputs after three seconds in which inputs are set, each hundredth divided into `pieces` steps.
+fn outputs_under<M: Model>(settings: &[Setting], pieces: usize, summed: bool) -> Vec<f64> {
     let inputs = real_of(&described::<M>(), Causality::Input);
     let mut instance = started::<M>(Interface::CoSimulation);
     if let Some(manual) = instance.table().reference("manual") {
@@ -127,9 +126,9 @@ fn flown_under<M: Model>(settings: &[Setting], pieces: usize, summed: bool) -> V
 }
 
 fn settings_act_alike<M: Model>(settings: &[Setting]) {
-    let expected = flown_under::<M>(settings, 1, false);
+    let expected = outputs_under::<M>(settings, 1, false);
     for (pieces, summed) in [(1, true), (2, true), (3, false), (7, true), (10, false)] {
-        for (one, other) in flown_under::<M>(settings, pieces, summed).into_iter().zip(&expected) {
+        for (one, other) in outputs_under::<M>(settings, pieces, summed).into_iter().zip(&expected) {
             let alike = (one - other).abs() < 1e-9 * (1.0 + other.abs());
             assert!(alike, "{pieces} steps a hundredth, summed: {summed}: {one} and {other}");
         }
@@ -139,9 +138,9 @@ fn settings_act_alike<M: Model>(settings: &[Setting]) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(16))]
 
-    /// Whatever is set whenever: neither how the time between is cut nor how the importer reckons it matters.
+    /// Neither the partition of the time between settings nor the importer's way of computing time matters.
     #[test]
-    fn what_is_set_acts_alike_in_any_steps(
+    fn inputs_act_alike_for_any_steps(
         settings in prop::collection::vec((0usize..290, any::<usize>(), -0.3..0.3), 1..6),
     ) {
         settings_act_alike::<PlantModel>(&settings);
@@ -150,9 +149,9 @@ proptest! {
     }
 }
 
-/// On a clock that counts from 1970 a nanosecond is lost in the last digit, but a step is not.
+/// A clock that counts from 1970 loses nanoseconds to rounding, but no step.
 #[test]
-fn a_large_clock_hides_no_mistake() {
+fn large_times_hide_no_wrong_step() {
     const START: f64 = 1_763_400_000.0;
     let mut plant = Instance::new(describe::<PlantModel>(&resources()).unwrap());
     plant.set_up(Experiment { start: START, ..Experiment::default() }).unwrap();
@@ -168,14 +167,14 @@ fn a_large_clock_hides_no_mistake() {
     assert_eq!(plant.time(), START + 1.0);
 }
 
-/// Ticks are counted: however the steps are cut, as many run as there are sample times.
+/// The number of ticks equals the number of sample times, however the steps are divided.
 #[test]
-fn a_controller_ticks_alike_in_any_steps() {
+fn controller_ticks_do_not_depend_on_step_sizes() {
     cut_does_not_matter::<Controller>("pitch_reference", 1e-12);
 }
 
 #[test]
-fn a_million_tiny_steps_do_not_drift() {
+fn million_tiny_steps_do_not_drift() {
     let mut instance = started::<Controller>(Interface::CoSimulation);
     disturb(&mut instance, "pitch_reference", 0.05);
     for k in 0..1_000_000 {
@@ -190,7 +189,7 @@ fn a_million_tiny_steps_do_not_drift() {
 }
 
 #[test]
-fn steps_of_a_microsecond_move_the_plant_as_long_ones_do() {
+fn microsecond_steps_equal_long_steps() {
     let (mut tiny, mut whole) =
         (started::<PlantModel>(Interface::CoSimulation), started(Interface::CoSimulation));
     for plant in [&mut tiny, &mut whole] {
@@ -205,9 +204,9 @@ fn steps_of_a_microsecond_move_the_plant_as_long_ones_do() {
     }
 }
 
-/// An integrator of the fourth order over the loop's own rates, with its ticks as events.
+/// A fourth-order integrator with the derivatives of the loop, and its ticks as events.
 #[test]
-fn an_importer_that_integrates_flies_what_the_fmu_flies() {
+fn model_exchange_equals_co_simulation() {
     let mut exchange = started::<ClosedLoop>(Interface::ModelExchange);
     let mut simulated = started::<ClosedLoop>(Interface::CoSimulation);
     let count = exchange.table().states().len();

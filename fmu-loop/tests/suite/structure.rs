@@ -1,4 +1,4 @@
-//! `ModelStructure` tells the truth: what is not listed among the dependencies of an unknown does not move it.
+//! `ModelStructure` is correct: an unknown does not depend on variables missing from its dependencies.
 
 use crate::case::*;
 use squid_fmi2::model_description::{Causality, Initial, Kind, ModelDescription, ScalarVariable, Unknown};
@@ -7,14 +7,14 @@ use squid_fmu_controller::Controller;
 use squid_fmu_loop::ClosedLoop;
 use squid_fmu_plant::PlantModel;
 
-/// Those that differ in what depends on what.
+/// Cases with different dependencies.
 const CASES: [Case; 8] = [SQUID, WITHOUT_LAG, TWO_DEGREES, CURVED, GIVEN, TURNING, WAVES, TURNING_WAVES];
 
 fn is_real(variable: &ScalarVariable) -> bool {
     matches!(variable.kind, Kind::Real { .. })
 }
 
-/// The Real unknowns of a list that name their dependencies, with those.
+/// Returns the Real unknowns of a list that state their dependencies, with these.
 fn named(description: &ModelDescription, list: &[Unknown]) -> Vec<(u32, Vec<u32>)> {
     let real = list.iter().filter(|unknown| is_real(&description.variables[unknown.index - 1]));
     let reference = |index: usize| description.variables[index - 1].value_reference;
@@ -25,8 +25,8 @@ fn named(description: &ModelDescription, list: &[Unknown]) -> Vec<(u32, Vec<u32>
     .collect()
 }
 
-/// Along every known of a list, the derivative of every unknown that does not depend on it is zero; some that do are
-/// not.
+/// Asserts that the derivative of every unknown with respect to every known missing from its dependencies is zero, and
+/// that some of the others are not.
 fn holds<M: Model>(instance: &mut Instance<M>, list: &[(u32, Vec<u32>)], knowns: &[u32]) {
     let mut moved = 0;
     for &known in knowns {
@@ -56,7 +56,7 @@ fn derivatives_agree<M: Model>(case: Case, interface: Interface, prepare: fn(&mu
     instance.exit_initialization(&mut Silent).unwrap();
     knowns.extend(instance.table().states());
     let lists = [structure.outputs, structure.derivatives].concat();
-    // At the start a tick is due, in which the inputs of the controller act; they do so in the step that follows.
+    // At the start a tick is due, in which the inputs of the controller act; they act in the following step.
     if M::MODEL_EXCHANGE {
         holds(&mut instance, &named(&description, &lists), &knowns);
     }
@@ -83,8 +83,7 @@ fn derivatives_vanish_where_no_dependency_is_listed() {
     }
 }
 
-/// In a flight an output that is read after an input was set has moved as the derivative says, which is zero where no
-/// dependency is listed.
+/// An output that is read after an input was set has moved as its derivative says, which is zero without a dependency.
 fn values_move_as_listed<M: Model>(case: Case, at_least: usize) {
     let description = case.describe::<M>().description;
     let list = named(&description, &description.structure().outputs);
@@ -117,7 +116,7 @@ fn values_move_as_listed<M: Model>(case: Case, at_least: usize) {
 }
 
 #[test]
-fn what_is_read_moves_with_the_inputs_that_are_listed() {
+fn read_values_depend_on_listed_inputs_only() {
     for case in CASES {
         values_move_as_listed::<PlantModel>(case, 6);
         values_move_as_listed::<ClosedLoop>(case, 6);
@@ -136,8 +135,8 @@ fn first_values<M: Model>(case: Case, unknowns: &[u32], changed: Option<(u32, f6
     Some(values)
 }
 
-/// A first value moves with the parameters that it is said to depend on, and with no other; derivatives by them are
-/// refused.
+/// An initial value depends on the parameters listed for it, and on no others; derivatives with respect to parameters
+/// are refused.
 fn parameters_act_as_listed<M: Model>(case: Case, at_least: usize) {
     let description = case.describe::<M>().description;
     let list = named(&description, &description.structure().initial_unknowns);
@@ -169,16 +168,15 @@ fn parameters_act_as_listed<M: Model>(case: Case, at_least: usize) {
 }
 
 #[test]
-fn first_values_depend_on_the_parameters_that_are_listed() {
+fn initial_values_depend_on_listed_parameters_only() {
     for case in CASES {
         parameters_act_as_listed::<PlantModel>(case, 20);
         parameters_act_as_listed::<ClosedLoop>(case, 20);
     }
 }
 
-/// What an actuator puts out that follows its command at once: the command, as it stands, as long as the instance
-/// lives.
-fn obeys_at_once(interface: Interface) {
+/// The output of an actuator without lag is the current command throughout the lifetime of the instance.
+fn check_output_is_command(interface: Interface) {
     let mut instance = WITHOUT_LAG.set_up::<PlantModel>(interface);
     let name = instance.model().vehicle().actuators.last().unwrap().name.clone();
     let reference = |name: &str| instance.table().reference(name).unwrap();
@@ -200,14 +198,14 @@ fn obeys_at_once(interface: Interface) {
 }
 
 #[test]
-fn an_actuator_without_lag_puts_out_its_command() {
-    obeys_at_once(Interface::CoSimulation);
-    obeys_at_once(Interface::ModelExchange);
+fn actuator_without_lag_outputs_its_command() {
+    check_output_is_command(Interface::CoSimulation);
+    check_output_is_command(Interface::ModelExchange);
 }
 
-/// In the loop it puts out the command of the first tick from the start.
+/// In the loop this output is the command of the first tick from the start.
 #[test]
-fn in_the_loop_an_actuator_without_lag_puts_out_the_first_command() {
+fn loop_actuator_without_lag_outputs_first_command() {
     for interface in [Interface::CoSimulation, Interface::ModelExchange] {
         let mut instance = WITHOUT_LAG.set_up::<ClosedLoop>(interface);
         let name = instance.model().plant.vehicle().actuators.last().unwrap().name.clone();
@@ -223,9 +221,9 @@ fn in_the_loop_an_actuator_without_lag_puts_out_the_first_command() {
     }
 }
 
-/// The rate of pitch is the pitch rate by the equations of motion, and proportional to it by the LPV model.
+/// The derivative of pitch is the pitch rate by the equations of motion, and proportional to it by the LPV model.
 #[test]
-fn the_rate_of_pitch_lists_the_pitch_rate_and_little_else() {
+fn derivative_of_pitch_depends_on_pitch_rate() {
     fn knowns_of_rate<M: Model>() -> Vec<String> {
         let description = SQUID.describe::<M>().description;
         let rate = description.position("der(pitch)").unwrap() + 1;

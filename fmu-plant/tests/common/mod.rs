@@ -1,4 +1,4 @@
-//! Resources made from the vehicle files of this repository, and an FMU flown without C.
+//! Resources made from the vehicle files of this repository, and an FMU simulated without the C interface.
 
 #![allow(dead_code, reason = "not every test needs everything")]
 
@@ -16,24 +16,24 @@ pub use flight::Flight;
 pub const DEPTH: f64 = 50.0;
 
 pub fn vehicle(name: &str) -> Vehicle {
-    whole(name).in_plane()
+    six_dof(name).in_plane()
 }
 
-/// In six degrees of freedom.
-pub fn whole(name: &str) -> Vehicle {
+/// Returns a vehicle of this repository in six degrees of freedom.
+pub fn six_dof(name: &str) -> Vehicle {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles");
     let text = std::fs::read_to_string(root.join(name).join("vehicle.toml")).unwrap();
     Vehicle::parse(&text, "vehicle.toml").unwrap()
 }
 
-/// Squid in six degrees of freedom, with the rudder of REMUS 100.
-pub fn squid_with_a_rudder() -> Vehicle {
-    let mut vehicle = whole("squid");
-    vehicle.actuators.extend(whole("remus100").actuators.into_iter().filter(|one| one.name == "rudder"));
+/// Returns Squid in six degrees of freedom, with the rudder of REMUS 100.
+pub fn squid_with_rudder() -> Vehicle {
+    let mut vehicle = six_dof("squid");
+    vehicle.actuators.extend(six_dof("remus100").actuators.into_iter().filter(|one| one.name == "rudder"));
     vehicle
 }
 
-/// A and B as parabolas through the linearisations at the ends and the middle of the speeds.
+/// Returns an LPV model: parabolas in A and B through the linearisations at the ends and the centre of the speed range.
 pub fn lpv(vehicle: &Vehicle, speeds: [f64; 3]) -> LpvModel {
     let trims: Vec<Trim> = speeds.map(|v| trim(vehicle, Speed::Path(v), DEPTH).unwrap()).to_vec();
     let [low, mid, high] = [0, 1, 2].map(|i: usize| linearise(vehicle, &trims[i]).unwrap());
@@ -42,7 +42,7 @@ pub fn lpv(vehicle: &Vehicle, speeds: [f64; 3]) -> LpvModel {
     LpvModel::new(&vehicle.name, DEPTH, (speeds[1], speeds[2] - speeds[1]), &a, &b, &trims).unwrap()
 }
 
-/// The files of a vehicle, with the LPV model of it in the vertical plane.
+/// Returns the files of a vehicle, with the LPV model of its motion in the vertical plane.
 pub fn turning(vehicle: &Vehicle, speeds: [f64; 3]) -> Resources {
     let mut resources = of(&vehicle.in_plane(), speeds);
     resources.insert(VEHICLE_RESOURCE, vehicle.to_json().unwrap());
@@ -53,14 +53,15 @@ pub fn squid() -> Resources {
     resources("squid", [0.5, 1.75, 3.0])
 }
 
-/// Squid with a last actuator that follows its command at once.
+/// Returns Squid with a last actuator without lag.
 pub fn squid_without_lag() -> Resources {
     let mut vehicle = vehicle("squid");
     vehicle.actuators.last_mut().unwrap().lag = 0.0;
     of(&vehicle, [0.5, 1.75, 3.0])
 }
 
-/// Squid with thrusters that take a pulse width, with a dead band and room beyond the limits, and a speed of rotation.
+/// Returns Squid with one thruster commanded by pulse width (with a dead band, and with reserve beyond the limits) and
+/// one commanded by speed of rotation.
 pub fn squid_with_curves() -> Resources {
     let mut vehicle = vehicle("squid");
     let points = vec![[1100.0, -80.0], [1470.0, 0.0], [1530.0, 0.0], [1900.0, 130.0]];
@@ -69,8 +70,8 @@ pub fn squid_with_curves() -> Resources {
     of(&vehicle, [0.5, 1.75, 3.0])
 }
 
-/// Squid with planes in place of its thrusters, its speed given from outside.
-pub fn squid_at_a_given_speed() -> Resources {
+/// Returns Squid with planes in place of its thrusters, and a prescribed speed.
+pub fn squid_with_given_speed() -> Resources {
     let mut vehicle = vehicle("squid");
     vehicle.coefficients.surge = Surge::Given { lag: 0.8 };
     for actuator in &mut vehicle.actuators {
@@ -93,7 +94,7 @@ fn of(vehicle: &Vehicle, speeds: [f64; 3]) -> Resources {
     [(VEHICLE_RESOURCE, vehicle.to_json().unwrap()), (LPV_RESOURCE, model)].into_iter().collect()
 }
 
-/// A plant in initialization mode, with parameters; `fidelity` by its number.
+/// Returns a plant in initialisation mode with the given parameters; `fidelity` by its number.
 pub fn prepare(resources: &Resources, parameters: &[(&str, f64)]) -> Flight<PlantModel> {
     let mut flight = Flight::prepare(describe(resources).unwrap(), 0.0);
     for &(name, value) in parameters {
@@ -106,7 +107,7 @@ pub fn prepare(resources: &Resources, parameters: &[(&str, f64)]) -> Flight<Plan
     flight
 }
 
-/// A plant ready to step.
+/// Returns a plant ready to step.
 pub fn start(resources: &Resources, parameters: &[(&str, f64)]) -> Flight<PlantModel> {
     let mut flight = prepare(resources, parameters);
     flight.exit().unwrap();

@@ -1,6 +1,6 @@
-//! Loads from outside, and weight, buoyancy and centre of gravity that change in flight.
+//! External loads, and weight, buoyancy and centre of gravity that change in flight.
 
-use crate::common::{Flight, prepare, remus100, squid, squid_at_a_given_speed, start, vehicle};
+use crate::common::{Flight, prepare, remus100, squid, squid_with_given_speed, start, vehicle};
 use squid_fmi2::{Experiment, Instance, Interface, Resources, Silent};
 use squid_fmu_plant::{PlantModel, describe};
 
@@ -11,16 +11,16 @@ fn outputs(flight: &mut Flight<PlantModel>) -> [f64; 7] {
     OUTPUTS.map(|name| flight.get(name))
 }
 
-/// Sets several at once, as one call of `fmi2SetReal`; returns what is said if it is refused.
+/// Sets several variables in one call of `fmi2SetReal`; returns the message if the call is refused.
 fn set_all(flight: &mut Flight<PlantModel>, values: &[(&str, f64)]) -> Option<String> {
     let references: Vec<u32> = values.iter().map(|(name, _)| flight.reference(name)).collect();
     let refused = flight.instance.set(&references, |index| values[index].1).err();
     refused.map(|refused| refused.to_string())
 }
 
-/// Without a step a dropped weight changes no velocity and no position, only what comes of them.
+/// Dropping a weight leaves velocities and position as they are; it changes their derivatives only.
 #[test]
-fn what_is_dropped_leaves_with_the_velocity_of_the_vehicle() {
+fn dropped_weight_leaves_velocity_and_position() {
     for files in [squid(), remus100()] {
         let mut flight = start(&files, &[]);
         flight.set("current_vertical", 0.05);
@@ -28,14 +28,14 @@ fn what_is_dropped_leaves_with_the_velocity_of_the_vehicle() {
         let (before, weight, mass) = (outputs(&mut flight), flight.get("weight"), flight.get("mass"));
         let rates = ["der(surge_over_ground)", "der(heave_over_ground)", "der(pitch_rate)"];
         let held = rates.map(|name| flight.get(name));
-        assert_eq!(set_all(&mut flight, &[("weight", 0.95 * weight), ("z_G", 0.9 * flight_z(&files))]), None);
+        assert_eq!(set_all(&mut flight, &[("weight", 0.95 * weight), ("z_G", 0.9 * z_g(&files))]), None);
         assert_eq!(outputs(&mut flight), before);
         assert_eq!((flight.get("weight"), flight.get("mass")), (0.95 * weight, mass));
         assert!(flight.get("der(heave_over_ground)") < held[1] - 0.1);
         let inside = flight.instance.model().settings.coefficients.clone();
         assert_eq!((inside.mass, inside.I_yy), (mass, vehicle_of(&files).coefficients.I_yy));
-        // Taken up again, it is the same vehicle to the last bit.
-        assert_eq!(set_all(&mut flight, &[("weight", weight), ("z_G", flight_z(&files))]), None);
+        // Restoring the weight restores the vehicle to the last bit.
+        assert_eq!(set_all(&mut flight, &[("weight", weight), ("z_G", z_g(&files))]), None);
         assert_eq!(rates.map(|name| flight.get(name)), held);
     }
 }
@@ -44,13 +44,13 @@ fn vehicle_of(files: &Resources) -> squid_auv::Vehicle {
     squid_auv::Vehicle::from_json(files.text(squid_fmu_plant::VEHICLE_RESOURCE).unwrap(), "vehicle").unwrap()
 }
 
-fn flight_z(files: &Resources) -> f64 {
+fn z_g(files: &Resources) -> f64 {
     vehicle_of(files).coefficients.z_G
 }
 
-/// A weight in flight comes to the motion of a vehicle that has its mass from the start, from the same motion.
+/// A weight changed in flight gives the same accelerations as a vehicle with that mass from the start.
 #[test]
-fn the_mass_goes_with_the_weight() {
+fn weight_change_equals_vehicle_of_that_mass() {
     let rates = ["der(surge_over_ground)", "der(heave_over_ground)", "der(pitch_rate)"];
     let c = vehicle("squid").coefficients;
     let moving = |parameters: &[(&str, f64)]| {
@@ -77,7 +77,7 @@ fn the_mass_goes_with_the_weight() {
         let (one, other) = (dropped.get(name), light.get(name));
         assert!((one - other).abs() < 1e-14 + 1e-13 * other.abs(), "{name}: {one} and {other}");
     }
-    // Not in continuous-time mode, where nothing may jump.
+    // Refused in continuous-time mode, where nothing may jump.
     let weight = dropped.reference("weight");
     let refused = dropped.instance.set(&[weight], |_| 600.0).unwrap_err().to_string();
     assert_eq!(refused, "variable 'weight' may not be set in state 'continuous-time mode'");
@@ -85,7 +85,7 @@ fn the_mass_goes_with_the_weight() {
 
 /// `fmi2SetReal` sets states and parameters in one call, or none of them.
 #[test]
-fn in_event_mode_a_weight_and_a_state_are_set_together() {
+fn event_mode_sets_weight_and_state_together() {
     let mut instance = Instance::made_for(Interface::ModelExchange, describe(&squid()).unwrap());
     instance.set_up(Experiment::default()).unwrap();
     let mut flight = Flight { instance, log: Default::default() };
@@ -101,7 +101,7 @@ fn in_event_mode_a_weight_and_a_state_are_set_together() {
 }
 
 #[test]
-fn a_load_from_outside_moves_the_vehicle_its_way() {
+fn external_load_moves_vehicle_in_its_direction() {
     for fidelity in [1.0, 2.0] {
         for (name, load, moved) in [
             ("external_force_x", 2.0, "speed"),
@@ -120,7 +120,7 @@ fn a_load_from_outside_moves_the_vehicle_its_way() {
             assert!(pushed.get(moved) > plain.get(moved) + 1e-3, "{name} at fidelity {fidelity}");
         }
     }
-    let mut given = start(&squid_at_a_given_speed(), &[]);
+    let mut given = start(&squid_with_given_speed(), &[]);
     assert!(given.instance.table().reference("external_force_x").is_none(), "it would have no effect");
     let heave = given.get("heave");
     given.set("external_force_z", 20.0);
@@ -129,7 +129,7 @@ fn a_load_from_outside_moves_the_vehicle_its_way() {
 }
 
 #[test]
-fn what_no_vehicle_has_is_refused_and_the_flight_goes_on() {
+fn rejects_invalid_ballast_and_continues() {
     let (mut flight, mut plain) = (start(&squid(), &[]), start(&squid(), &[]));
     for flight in [&mut flight, &mut plain] {
         flight.fly_in(1.0, 10);
@@ -142,13 +142,16 @@ fn what_no_vehicle_has_is_refused_and_the_flight_goes_on() {
         ("x_G", 10.0, "the mass matrix (mass, I_yy, x_G, z_G and the added masses) is not positive definite"),
     ] {
         let values = [("lower", 3.0), ("z_G", 0.5), (name, value), ("external_force_z", 7.0)];
-        let said = set_all(&mut flight, &values).unwrap();
-        assert!(said.starts_with(&format!("the tunable parameters stay as they were: {expected}")), "{said}");
+        let message = set_all(&mut flight, &values).unwrap();
+        assert!(
+            message.starts_with(&format!("the tunable parameters stay as they were: {expected}")),
+            "{message}"
+        );
         assert_eq!(flight.get("weight"), 640.0);
     }
     for value in [f64::NAN, f64::INFINITY] {
-        let said = set_all(&mut flight, &[("external_moment", 1.0), ("weight", value)]).unwrap();
-        assert!(said.contains("variable 'weight' cannot be set to"), "{said}");
+        let message = set_all(&mut flight, &[("external_moment", 1.0), ("weight", value)]).unwrap();
+        assert!(message.contains("variable 'weight' cannot be set to"), "{message}");
     }
     for name in ["lower", "external_force_z", "external_moment"].into_iter().chain(TUNABLE) {
         assert_eq!(flight.get(name), plain.get(name), "{name}");
@@ -159,20 +162,20 @@ fn what_no_vehicle_has_is_refused_and_the_flight_goes_on() {
     assert_eq!(outputs(&mut flight), outputs(&mut plain));
 }
 
-/// The LPV model was made with the coefficients of the file, and cannot follow.
+/// The LPV model was made with the coefficients of the file, and cannot follow a change.
 #[test]
-fn by_the_lpv_model_no_weight_is_dropped() {
+fn lpv_model_rejects_ballast_change() {
     let mut flight = start(&squid(), &[("fidelity", 2.0), ("buoyancy", 660.0)]);
     let weight = flight.get("weight");
     assert_eq!(set_all(&mut flight, &[("weight", weight), ("buoyancy", 660.0)]), None, "nothing changes");
-    let said = set_all(&mut flight, &[("weight", 0.95 * weight)]).unwrap();
-    assert!(said.contains("can be changed in flight only where fidelity is nonlinear"), "{said}");
+    let message = set_all(&mut flight, &[("weight", 0.95 * weight)]).unwrap();
+    assert!(message.contains("can be changed in flight only where fidelity is nonlinear"), "{message}");
     assert_eq!(flight.get("weight"), weight);
     flight.fly_in(1.0, 10);
 }
 
 #[test]
-fn a_reset_puts_everything_back() {
+fn reset_restores_start_values() {
     let mut flight = start(&squid(), &[]);
     let start_values = TUNABLE.map(|name| flight.get(name));
     flight.fly_in(1.0, 10);

@@ -1,4 +1,4 @@
-//! What the plant says of itself, and which files it refuses.
+//! Model description of the plant, and the files that it refuses.
 
 use crate::common::{prepare, remus100, squid, vehicle};
 use squid_auv::LpvModel;
@@ -60,7 +60,7 @@ fn starts_with_numbers_of_the_files_to_the_last_bit() {
 }
 
 #[test]
-fn between_two_rows_the_slower_one_is_taken() {
+fn tie_between_trim_rows_selects_slower() {
     let mut resources = squid();
     let mut model = LpvModel::from_json(resources.text(LPV_RESOURCE).unwrap(), LPV_RESOURCE).unwrap();
     model.trim.remove(1);
@@ -69,7 +69,7 @@ fn between_two_rows_the_slower_one_is_taken() {
 }
 
 #[test]
-fn every_coefficient_is_a_parameter_and_what_can_change_in_flight_is_tunable() {
+fn coefficients_are_parameters_and_ballast_is_tunable() {
     for (name, resources) in [("squid", squid()), ("remus100", remus100())] {
         let vehicle = vehicle(name);
         let variables = describe(&resources).unwrap().description.variables;
@@ -93,7 +93,7 @@ fn every_coefficient_is_a_parameter_and_what_can_change_in_flight_is_tunable() {
 }
 
 #[test]
-fn outputs_hang_on_states_and_on_the_current_alone() {
+fn outputs_depend_on_states_and_current_only() {
     let description = describe(&squid()).unwrap().description;
     let structure = description.structure();
     let name = |index: usize| description.variables[index - 1].name.as_str();
@@ -137,7 +137,7 @@ fn complaint(resources: &Resources) -> String {
 }
 
 #[test]
-fn refuses_files_that_make_no_plant() {
+fn rejects_invalid_files() {
     let good = squid();
     let json = good.text(LPV_RESOURCE).unwrap();
     let vehicle = good.text(VEHICLE_RESOURCE).unwrap();

@@ -6,7 +6,7 @@ use squid_fmi2::model_description::DefaultExperiment;
 use squid_fmi2::{About, Log, Model, Resources, SavedState, Silent, StateError, Table, Variable};
 use squid_fmu_plant::{LPV_RESOURCE, PlantError, PlantModel, outputs, parameters};
 
-/// A plant whose commands come from inside.
+/// A plant whose commands are computed inside the model.
 #[derive(Clone)]
 struct Tow {
     plant: PlantModel,
@@ -57,7 +57,7 @@ impl Model for Tow {
 }
 
 #[test]
-fn a_larger_model_takes_over_parameters_and_outputs() {
+fn larger_model_reuses_parameters_and_outputs() {
     let described = squid_fmi2::describe::<Tow>(&squid()).unwrap();
     let mut tow = described.model.clone();
     let table = Table::of(&tow);
@@ -76,7 +76,7 @@ fn a_larger_model_takes_over_parameters_and_outputs() {
 }
 
 #[test]
-fn the_plant_serves_without_any_protocol() {
+fn plant_works_as_a_library() {
     let vehicle = vehicle("squid");
     let model = LpvModel::from_json(squid().text(LPV_RESOURCE).unwrap(), LPV_RESOURCE).unwrap();
     let mut plant = PlantModel::new(vehicle, model).unwrap();

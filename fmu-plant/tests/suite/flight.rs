@@ -1,4 +1,4 @@
-//! The plant flown as an FMU, without C: start in trim, inputs, fidelity, warnings, refusals.
+//! Simulations of the plant as an FMU without the C interface: start in trim, inputs, fidelity, warnings, refusals.
 
 use crate::common::{DEPTH, Flight, prepare, remus100, squid, start, vehicle};
 use squid_auv::{Speed, trim};
@@ -14,7 +14,7 @@ fn command_trim(flight: &mut Flight<PlantModel>) {
 }
 
 #[test]
-fn starts_in_trim_and_stays_there() {
+fn starts_and_stays_in_trim() {
     let vehicle = vehicle("squid");
     for speed in [0.5, 1.0, 2.2, 3.0] {
         let level = trim(&vehicle, Speed::Path(speed), 20.0).unwrap();
@@ -42,7 +42,7 @@ fn starts_in_trim_and_stays_there() {
 }
 
 #[test]
-fn is_quiet_by_default() {
+fn stays_in_trim_by_default() {
     let mut flight = start(&squid(), &[]);
     let pitch = flight.get("pitch");
     flight.fly_in(60.0, 600);
@@ -51,7 +51,7 @@ fn is_quiet_by_default() {
 }
 
 #[test]
-fn commands_act_through_lag_and_limits_from_the_start_on() {
+fn commands_act_through_lag_and_limits_from_start() {
     let mut flight = prepare(&squid(), &[]);
     let trim = flight.get("trim_lower");
     flight.set("lower", 500.0);
@@ -65,10 +65,10 @@ fn commands_act_through_lag_and_limits_from_the_start_on() {
     assert_eq!(flight.get("lower"), 500.0, "the command reads back as it was set");
 }
 
-/// A vehicle has mass: a current that is just set changes its velocity through the water, and that over ground by a
-/// step alone.
+/// The vehicle has inertia: a new current changes the velocity through the water at once, and that over ground only
+/// during a step.
 #[test]
-fn without_a_step_a_current_moves_the_water_alone() {
+fn new_current_changes_velocity_through_water_only() {
     let mut flight = start(&squid(), &[]);
     flight.fly_in(1.0, 10);
     let held = ["pitch", "surge_over_ground", "depth", "lower_output"];
@@ -84,7 +84,7 @@ fn without_a_step_a_current_moves_the_water_alone() {
 }
 
 #[test]
-fn the_step_size_does_not_matter() {
+fn result_does_not_depend_on_step_size() {
     let ends = [5, 500, 5000].map(|steps| {
         let mut flight = start(&squid(), &[]);
         flight.set("lower", 30.0);
@@ -99,7 +99,7 @@ fn the_step_size_does_not_matter() {
 }
 
 #[test]
-fn a_current_from_the_start_carries_the_vehicle() {
+fn initial_current_carries_the_vehicle() {
     let mut flight = prepare(&squid(), &[]);
     flight.set("current_horizontal", 0.25);
     flight.exit().unwrap();
@@ -111,7 +111,7 @@ fn a_current_from_the_start_carries_the_vehicle() {
 }
 
 #[test]
-fn a_coefficient_changes_the_trim_and_the_flight() {
+fn coefficient_changes_trim_and_motion() {
     let mut light = start(&squid(), &[("buoyancy", 664.0), ("initial_speed", 1.0)]);
     let mut plain = start(&squid(), &[("initial_speed", 1.0)]);
     assert!(light.get("trim_pitch") < plain.get("trim_pitch") - 0.02, "more lift downwards is needed");
@@ -159,7 +159,7 @@ fn warns_once_per_excursion() {
 }
 
 #[test]
-fn warns_of_coefficients_that_the_lpv_model_does_not_know() {
+fn warns_of_coefficients_unknown_to_lpv_model() {
     let warned = |parameters: &[(&str, f64)]| start(&squid(), parameters).log.0;
     assert!(
         warned(&[("fidelity", 2.0), ("Z_uw", -60.0)])[0]
@@ -175,19 +175,19 @@ fn warns_above_the_surface() {
     flight.fly_in(3.0, 30);
     assert!(flight.get("depth") < 0.0);
     assert_eq!(flight.log.0.len(), 1);
-    // The vehicle drifts up with the water, for which 0.05 m take half a second, and comes up behind it, for it has
-    // mass.
-    let words = &flight.log.0[0];
+    // The vehicle drifts up with the water, which takes half a second for 0.05 m; it surfaces later because it has
+    // inertia.
+    let message = &flight.log.0[0];
     assert!(
-        words.contains("above the surface, with 1.7") && words.contains("those of deep water"),
-        "{words}"
+        message.contains("above the surface, with 1.7") && message.contains("those of deep water"),
+        "{message}"
     );
-    let time: f64 = words.split_whitespace().nth(1).unwrap().parse().unwrap();
-    assert!((0.5..1.5).contains(&time), "{words}");
+    let time: f64 = message.split_whitespace().nth(1).unwrap().parse().unwrap();
+    assert!((0.5..1.5).contains(&time), "{message}");
 }
 
 #[test]
-fn warns_where_the_hull_breaks_the_waves() {
+fn warns_when_hull_leaves_the_waves() {
     let shallow = [("initial_depth", 1.5), ("wave_height", 2.0), ("wave_period", 8.0)];
     let mut flight = start(&squid(), &shallow);
     flight.set("current_vertical", -0.05);
@@ -195,12 +195,12 @@ fn warns_where_the_hull_breaks_the_waves() {
     while flight.log.0.is_empty() {
         flight.fly_in(seconds.next().unwrap(), 10);
     }
-    let words = flight.log.0.first().unwrap();
-    assert!(words.contains(" m out of the waves, at a depth of "), "{words}");
+    let message = flight.log.0.first().unwrap();
+    assert!(message.contains(" m out of the waves, at a depth of "), "{message}");
 }
 
 #[test]
-fn refuses_waves_that_cannot_be() {
+fn rejects_impossible_waves() {
     for (height, period, depth, expected) in [
         (1.0, 2.0, 50.0, "height 1 m with period 2 s is a mean steepness of"),
         (2.0, 8.0, 0.0, "at an initial_depth of 0 m its hull is "),
@@ -212,7 +212,7 @@ fn refuses_waves_that_cannot_be() {
 }
 
 #[test]
-fn refuses_starts_that_cannot_be_and_recovers_by_reset() {
+fn rejects_invalid_start_and_recovers_by_reset() {
     for (parameter, value, expected) in [
         ("initial_speed", 9.0, "the vehicle cannot start: level trim at 9 m/s and 50 m needs"),
         (
@@ -235,7 +235,7 @@ fn refuses_starts_that_cannot_be_and_recovers_by_reset() {
 }
 
 #[test]
-fn a_vehicle_with_stern_planes_flies_too() {
+fn vehicle_with_stern_planes_flies() {
     let mut flight = start(&remus100(), &[("initial_speed", 1.54)]);
     let (propeller, planes) = (flight.get("trim_propeller"), flight.get("trim_stern_planes"));
     flight.set("propeller", propeller);
@@ -248,9 +248,9 @@ fn a_vehicle_with_stern_planes_flies_too() {
     assert!(flight.get("pitch") > flight.get("trim_pitch") + 0.02, "planes down by the stern lift the bow");
 }
 
-/// What the description of each command says of its sign, against what the vehicle then does.
+/// The description of each command states its sign as the vehicle responds.
 #[test]
-fn a_positive_command_does_what_its_description_says() {
+fn description_states_sign_of_command() {
     for (resources, vehicle) in [(squid(), vehicle("squid")), (remus100(), vehicle("remus100"))] {
         let description = squid_fmu_plant::describe(&resources).unwrap().description;
         for actuator in &vehicle.actuators {
@@ -264,17 +264,17 @@ fn a_positive_command_does_what_its_description_says() {
                 (flight.get("pitch_rate"), flight.get("speed"))
             };
             let (more, less) = (flown(0.1), flown(-0.1));
-            let (turned, faster) = (more.0 - less.0, more.1 - less.1);
-            let said = &description.variables[description.position(name).unwrap()].description;
-            let way = match (said.contains("turns the bow up"), said.contains("turns the bow down")) {
+            let (turn, faster) = (more.0 - less.0, more.1 - less.1);
+            let message = &description.variables[description.position(name).unwrap()].description;
+            let sign = match (message.contains("turns the bow up"), message.contains("turns the bow down")) {
                 (true, false) => 1.0,
                 (false, true) => -1.0,
                 _ => 0.0,
             };
-            assert_eq!(way == 0.0, name == "propeller", "only the propeller is on the axis: {said}");
-            assert!(way * turned > 1e-6 || way == 0.0, "{said}: {turned} rad/s");
+            assert_eq!(sign == 0.0, name == "propeller", "only the propeller is on the axis: {message}");
+            assert!(sign * turn > 1e-6 || sign == 0.0, "{message}: {turn} rad/s");
             if actuator.unit() == "N" {
-                assert_eq!(said.contains("pushes forward"), faster > 0.0, "{said}: {faster} m/s");
+                assert_eq!(message.contains("pushes forward"), faster > 0.0, "{message}: {faster} m/s");
             }
         }
     }

@@ -1,6 +1,6 @@
 //! The plant in six degrees of freedom.
 
-use crate::common::{Flight, remus100, start, turning, whole};
+use crate::common::{Flight, remus100, six_dof, start, turning};
 use squid_auv::{Current, Plant, Speed, State, trim};
 use squid_fmi2::model_description::Causality;
 use squid_fmu_plant::{PlantModel, describe};
@@ -8,9 +8,9 @@ use std::f64::consts::FRAC_PI_2;
 
 const SPEEDS: [f64; 3] = [1.0, 1.75, 2.5];
 
-/// Ten seconds with the commands of trim and these changes.
+/// Simulates ten seconds with the trim commands and the given changes.
 fn flown(parameters: &[(&str, f64)], inputs: &[(&str, f64)]) -> Flight<PlantModel> {
-    let mut flight = start(&turning(&whole("remus100"), SPEEDS), parameters);
+    let mut flight = start(&turning(&six_dof("remus100"), SPEEDS), parameters);
     for &(name, by) in inputs {
         let trimmed = flight.instance.table().reference(&format!("trim_{name}"));
         let from = trimmed.map_or(0.0, |_| flight.get(&format!("trim_{name}")));
@@ -29,8 +29,8 @@ fn close(one: &[f64], other: &[f64], tolerance: f64) {
 }
 
 #[test]
-fn what_is_of_the_vertical_plane_alone_is_left_out() {
-    let described = describe(&turning(&whole("remus100"), SPEEDS)).unwrap();
+fn six_dof_has_no_variables_of_vertical_plane_only() {
+    let described = describe(&turning(&six_dof("remus100"), SPEEDS)).unwrap();
     let description = described.description;
     let has = |name: &str| description.position(name).is_some();
     for name in ["fidelity", "operating_speed", "current_horizontal", "distance", "external_moment"] {
@@ -53,10 +53,10 @@ fn what_is_of_the_vertical_plane_alone_is_left_out() {
     assert_eq!(inputs.count(), 3 + 3 + 6);
 }
 
-/// Every input reaches what it is named after: the same flight by the vehicle itself.
+/// Every input acts on the quantity that it is named for: same motion as the vehicle simulated directly.
 #[test]
-fn flies_as_the_vehicle_does() {
-    let vehicle = whole("remus100");
+fn equals_vehicle_simulated_directly() {
+    let vehicle = six_dof("remus100");
     let mut flight = flown(
         &[("initial_speed", 1.6), ("initial_depth", 20.0), ("initial_heading", 0.4)],
         &[
@@ -79,7 +79,7 @@ fn flies_as_the_vehicle_does() {
     let mut plant = Plant::new(&vehicle).unwrap();
     plant.start(0.0, &level).unwrap();
     plant.set_state(&State { heading: 0.4, ..plant.state() });
-    // The propeller is commanded what trim at the speed of the default start needs.
+    // The propeller command is that of trim at the default initial speed.
     for (index, actuator) in vehicle.actuators.iter().enumerate() {
         let by = match actuator.name.as_str() {
             "rudder" => 0.1,
@@ -102,14 +102,14 @@ fn flies_as_the_vehicle_does() {
     assert!((heading - 0.4).abs() > 0.2 && motion.phi.abs() > 1e-3, "it turned and rolled");
 }
 
-/// Five metres below waves that go to a heading.
+/// Returns the parameters of a start five metres below waves with a direction of propagation.
 fn sea(heading: f64) -> [(&'static str, f64); 4] {
     [("initial_depth", 5.0), ("wave_height", 0.5), ("wave_period", 5.0), ("wave_heading", heading)]
 }
 
-/// Straight on, it flies as the vehicle in the vertical plane does, in still water and in a following sea.
+/// Motion without lateral inputs equals that of the vehicle in the vertical plane, in still water and a following sea.
 #[test]
-fn straight_on_it_stays_in_the_plane() {
+fn straight_motion_equals_vertical_plane() {
     for parameters in [&[][..], &sea(0.0)] {
         let mut plane = start(&remus100(), parameters);
         let planes = plane.get("trim_stern_planes");
@@ -128,12 +128,12 @@ fn straight_on_it_stays_in_the_plane() {
 }
 
 #[test]
-fn starboard_is_port_in_a_mirror_and_north_is_east_a_quarter_turn_on() {
+fn motion_is_equivariant_under_mirror_and_quarter_turn() {
     let motion = ["pitch", "speed", "heave", "depth", "roll", "sway", "heading_rate", "angular_velocity_x"];
     let place = ["north", "east", "heading"];
     let mut one = flown(&sea(1.0), &[("rudder", 0.1), ("current_north", 0.2), ("current_east", 0.3)]);
     let mut mirrored = flown(&sea(-1.0), &[("rudder", -0.1), ("current_north", 0.2), ("current_east", -0.3)]);
-    let mut turned = flown(
+    let mut turn = flown(
         &[&sea(1.0 + FRAC_PI_2)[..], &[("initial_heading", FRAC_PI_2)]].concat(),
         &[("rudder", 0.1), ("current_north", -0.3), ("current_east", 0.2)],
     );
@@ -143,7 +143,7 @@ fn starboard_is_port_in_a_mirror_and_north_is_east_a_quarter_turn_on() {
     assert_eq!(moved, other);
     let [north, east, heading] = placed[..] else { panic!("three") };
     assert_eq!(all(&mut mirrored, &place), [north, -east, -heading]);
-    close(&all(&mut turned, &motion), &moved, 1e-9);
-    close(&all(&mut turned, &place), &[-east, north, heading + FRAC_PI_2], 1e-9);
+    close(&all(&mut turn, &motion), &moved, 1e-9);
+    close(&all(&mut turn, &place), &[-east, north, heading + FRAC_PI_2], 1e-9);
     assert!(heading.abs() > 0.2);
 }

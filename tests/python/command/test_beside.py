@@ -1,4 +1,4 @@
-"""`squid report --beside`: designs of one vehicle in one table; which is best, what is lost, and what is missed."""
+"""`squid report --beside`: designs of one vehicle compared in a table, with their best, worst and missed values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OPPOSITE = {"won": "lost", "drawn": "drawn", "lost": "won", "": ""}
 
 
 class Beside(NamedTuple):
-    """A vehicle with two designs, the folder of the report on both, and what the command said."""
+    """A vehicle with two designs, the folder of the report on both, and the output of the command."""
 
     vehicle: Path
     folder: Path
@@ -29,7 +29,7 @@ class Beside(NamedTuple):
 
 @pytest.fixture(scope="module")
 def beside(run_squid: Run, quick_vehicle: Path, tmp_path_factory: pytest.TempPathFactory) -> Beside:
-    """Return the report on the quick vehicle with a softer design beside, which misses what it requires."""
+    """Return the report on the quick vehicle compared with a softer design, which misses its requirements."""
     vehicle = shutil.copytree(quick_vehicle, tmp_path_factory.mktemp("beside") / "vehicle")
     text = (vehicle / "design.toml").read_text(encoding="utf-8")
     assert "bandwidth = 0.46" in text and "[require]\n" in text
@@ -47,7 +47,7 @@ def beside(run_squid: Run, quick_vehicle: Path, tmp_path_factory: pytest.TempPat
 
 
 def report(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> str:
-    """Return what the command says that writes a report."""
+    """Return the output of the command that writes a report."""
     done = run_squid("report", vehicle, "--out", folder, *options)
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -70,7 +70,7 @@ def cells(folder: Path) -> list[list[str]]:
 
 
 def test_each_design_has_a_column(beside: Beside, run_squid: Run, tmp_path: Path) -> None:
-    """With its own sizes, proofs and figures, whichever of the two the report is on; one wins what the other loses."""
+    """Each design has its own sizes, proofs and figures, whichever is the main one; one wins where the other loses."""
     head, *rows = cells(beside.folder)
     assert head == ["", "m/s; required", "design", "soft", "best", "outcome"]
     folders = {"design": beside.folder, "soft": beside.folder / "beside" / "soft"}
@@ -86,7 +86,7 @@ def test_each_design_has_a_column(beside: Beside, run_squid: Run, tmp_path: Path
             assert float(found[row["what"]].split()[0]) == pytest.approx(
                 row["achieved"]["value"], rel=2e-2, abs=1e-3
             )
-    # The other way round, with the design beside not designed before.
+    # The roles swapped, with the other design not yet designed.
     swapped = tmp_path / "out"
     design(run_squid, beside.vehicle, swapped, "--design", "soft")
     said = report(run_squid, beside.vehicle, swapped, "--design", "soft", "--beside", "design")
@@ -107,7 +107,7 @@ def test_each_design_has_a_column(beside: Beside, run_squid: Run, tmp_path: Path
 
 
 def test_what_a_design_misses_is_marked(beside: Beside) -> None:
-    """By the requirement of its own file, not by that of the report's design; so is a hull that a moment turns over."""
+    """A design is marked by the requirements of its own file; a hull that a moment capsizes is marked, too."""
     marked = [
         (words(row[0]), place, words(cell))
         for row in table(beside.folder)
@@ -124,12 +124,12 @@ def test_what_a_design_misses_is_marked(beside: Beside) -> None:
 
 
 def copied(folder: Path, to: Path) -> Path:
-    """Return a copy of a folder of designs, without the mark of the vehicle that they are of."""
+    """Return a copy of a folder of designs, without the mark of their vehicle."""
     return shutil.copytree(folder, to, ignore=shutil.ignore_patterns(".squid-vehicle"))
 
 
 def test_what_is_not_proved_is_said(beside: Beside, run_squid: Run, tmp_path: Path) -> None:
-    """Certificates of another controller prove nothing of this one; they are proved again for the page."""
+    """Certificates of another controller prove nothing here; they are verified again for the page."""
     folder = copied(beside.folder, tmp_path / "out")
     for name in ("certificate.json", "sampled_certificate.json"):
         shutil.copy(folder / name, folder / "beside" / "soft")
@@ -140,7 +140,7 @@ def test_what_is_not_proved_is_said(beside: Beside, run_squid: Run, tmp_path: Pa
 
 
 def test_a_changed_design_is_computed_again(beside: Beside, run_squid: Run, tmp_path: Path) -> None:
-    """And what did not change is shown as it was; without --beside there is no such section."""
+    """What did not change is shown as before; without --beside the section is absent."""
     vehicle = shutil.copytree(beside.vehicle, tmp_path / "vehicle")
     folder = copied(beside.folder, tmp_path / "out")
     before = cells(folder)
@@ -174,7 +174,7 @@ def test_a_changed_design_is_computed_again(beside: Beside, run_squid: Run, tmp_
 def test_what_cannot_stand_beside_is_refused(
     beside: Beside, run_squid: Run, tmp_path: Path, names: list[str], code: int, said: str
 ) -> None:
-    """With one message, and nothing is designed or written."""
+    """A design that cannot be compared is refused with one message, and nothing is designed or written."""
     vehicle = shutil.copytree(beside.vehicle, tmp_path / "vehicle")
     text = (vehicle / "design.toml").read_text(encoding="utf-8")
     (vehicle / "deep.toml").write_text(text.replace("depth = 50.0", "depth = 40.0"), encoding="utf-8")

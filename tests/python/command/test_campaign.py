@@ -1,4 +1,4 @@
-"""Campaigns of many flights: by the command, on a Dask cluster, by FMUs; and their results as others read them."""
+"""Campaigns of many flights: by the command, on a Dask cluster, with FMUs; and their results in other tools."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def designed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def at_sea(run_squid: Run, designed: Path) -> tuple[Path, dict]:
-    """Return a campaign at sea, and what the command says of it."""
+    """Return a campaign at sea, and the answer of the command."""
     done = run_squid("campaign", SQUID, "--out", designed, *AT_SEA, "--json")
     assert done.returncode == 0, done.stderr
     return designed / "campaign", json.loads(done.stdout)
@@ -45,7 +45,7 @@ def at_sea(run_squid: Run, designed: Path) -> tuple[Path, dict]:
 
 @pytest.fixture(scope="module")
 def local(run_squid: Run, designed: Path) -> Path:
-    """Return a campaign of 200 flights that was flown in one go, here."""
+    """Return a campaign of 200 flights, simulated on this machine without interruption."""
     to = designed.parent / "local"
     words = ["--flights", "200", "--to", to, "--no-bound"]
     assert run_squid("campaign", SQUID, "--out", designed, *words).returncode == 0
@@ -57,7 +57,7 @@ def files_in(results: Path) -> dict[str, bytes]:
 
 
 def test_results_open_without_our_code(at_sea: tuple[Path, dict]) -> None:
-    """All flights are there, with the shares and the largest figures that the command says, also at sea."""
+    """Other tools read all flights, with the shares and largest figures that the command reports, also at sea."""
     results, said = at_sea
     table = polars.read_parquet(results / "*.parquet")
     assert sorted(table["flight"]) == list(range(12))
@@ -73,17 +73,17 @@ def test_results_open_without_our_code(at_sea: tuple[Path, dict]) -> None:
     assert units["overshoot"] == "1" and units["speed_from"] == "m/s" and len(units) == len(table.columns) - 2
     page = ElementTree.parse(results / "campaign.html").getroot()
     assert len(list(page.iter("{http://www.w3.org/1999/xhtml}figure"))) == 2
-    # Flights begin off their trim by up to so much.
+    # Flights start off trim by up to these amounts.
     assert units["pitch_off_trim"] == "rad" and 0.03 < table["pitch_off_trim"].abs().max() <= math.radians(
         5.0
     )
     assert units["heave_off_trim"] == "m/s" and 0.03 < table["heave_off_trim"].abs().max() <= 0.1
-    # Rolls of the sea differ from flight to flight.
+    # Rolls of the sea differ between flights.
     assert table["speed_error_rms"].n_unique() == 12
 
 
 def test_the_guaranteed_gain_stands_beside(at_sea: tuple[Path, dict]) -> None:
-    """At six speeds; no vehicle is above it, and no shown number of the page either."""
+    """The page shows the guaranteed gain at six speeds; no vehicle exceeds it, and no number on the page either."""
     results, said = at_sea
     assert [row["speed"] for row in said["gains"]] == [0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
     page = ElementTree.parse(results / "campaign.html").getroot()
@@ -98,7 +98,7 @@ def test_the_guaranteed_gain_stands_beside(at_sea: tuple[Path, dict]) -> None:
 
 
 def test_what_happened_in_the_worst_flights(at_sea: tuple[Path, dict]) -> None:
-    """The worst ten have a file each, and no other flight; its rows are those from which the figures were taken."""
+    """Each of the ten worst flights has a trajectory file, from which its figures follow; no other flight has one."""
     results, said = at_sea
     names = {f"flight-{flight:08}.parquet" for flight in said["worst"]}
     assert len(names) == 10 and {path.name for path in (results / "trajectories").iterdir()} == names
@@ -120,7 +120,7 @@ def test_what_happened_in_the_worst_flights(at_sea: tuple[Path, dict]) -> None:
 def test_what_happened_in_all_flights(
     run_squid: Run, designed: Path, at_sea: tuple[Path, dict], tmp_path: Path
 ) -> None:
-    """On request all are written; those that are there stay."""
+    """On request trajectories of all flights are written; existing files are kept."""
     shutil.copytree(at_sea[0], tmp_path, dirs_exist_ok=True)
     before = files_in(tmp_path / "trajectories")
     words = ["--out", designed, "--to", tmp_path, *AT_SEA, "--no-bound", "--trajectories"]
@@ -148,7 +148,7 @@ def test_a_flight_again(run_squid: Run, designed: Path, at_sea: tuple[Path, dict
 def test_killed_and_begun_again(
     squid_command: Path, run_squid: Run, designed: Path, local: Path, tmp_path: Path
 ) -> None:
-    """What is killed goes on where it was: the results are those of a campaign that was left in peace."""
+    """A killed campaign resumes, with the results of an uninterrupted one."""
     words = ["campaign", SQUID, "--out", designed, "--flights", "200", "--to", tmp_path, "--no-bound"]
     with subprocess.Popen([squid_command, *words], stdout=subprocess.DEVNULL) as process:
         while process.poll() is None and not any(tmp_path.glob("*.parquet")):
@@ -168,7 +168,7 @@ def on_cluster(*words: str | Path) -> subprocess.CompletedProcess:
 
 @pytest.mark.night
 def test_ctrl_c_on_a_cluster(designed: Path, tmp_path: Path) -> None:
-    """One sentence and no traceback, of the workers either, and what was flown is kept."""
+    """Ctrl-C ends with one sentence and no traceback, also of the workers, and finished flights are kept."""
     words = [
         SQUID,
         "--out",
@@ -188,7 +188,7 @@ def test_ctrl_c_on_a_cluster(designed: Path, tmp_path: Path) -> None:
     ) as process:
         while process.poll() is None and not files_in(tmp_path):
             time.sleep(0.01)
-        # As a terminal does, to all processes.
+        # A terminal interrupts all processes.
         os.killpg(process.pid, signal.SIGINT)
         said = process.communicate(timeout=60.0)[1]
     assert process.returncode == 130 and files_in(tmp_path)
@@ -200,7 +200,7 @@ def test_ctrl_c_on_a_cluster(designed: Path, tmp_path: Path) -> None:
 
 @contextmanager
 def cluster_in(folder: Path, workers: int) -> Iterator[str]:
-    """Run a scheduler and workers that have none of our packages; yield the address."""
+    """Run a scheduler and workers without our packages; yield the address."""
     file = folder / "scheduler.json"
     shared = ["--scheduler-file", str(file), "--no-dashboard"]
     serve = ["scheduler", "--host", "127.0.0.1", "--port", "0"]
@@ -222,13 +222,13 @@ def cluster_in(folder: Path, workers: int) -> Iterator[str]:
 
 @pytest.mark.night
 def test_a_worker_is_killed(squid_command: Path, designed: Path, local: Path, tmp_path: Path) -> None:
-    """Of two processes one is lost as it flies: what it flew, and that alone, is flown again, to the same bytes."""
+    """One of two processes is lost while it simulates: only its unfinished part is repeated, with the same bytes."""
     log, squid, results = tmp_path / "log", tmp_path / "squid", tmp_path / "results"
     squid.write_text(f'#!/bin/sh\necho $PPID "$@" >> {log}\nexec {squid_command} "$@"\n', encoding="utf-8")
     squid.chmod(0o755)
 
     def flown() -> list[tuple[int, str]]:
-        """Return process and part of each part that a worker has begun."""
+        """Return process and part of each part that a worker has started."""
         rows = (
             [line.split() for line in log.read_text(encoding="utf-8").splitlines()] if log.is_file() else []
         )
@@ -262,11 +262,11 @@ def test_a_worker_is_killed(squid_command: Path, designed: Path, local: Path, tm
 
 @pytest.mark.night
 def test_a_full_disk_on_a_cluster(designed: Path, local: Path, tmp_path: Path) -> None:
-    """What was flown is kept, and what is missing follows."""
+    """Finished flights are kept after a full disk, and the missing ones follow."""
     name = "flights-00000192-00000199.parquet"
     shutil.copytree(local, tmp_path, dirs_exist_ok=True)
     (tmp_path / name).unlink()
-    # Written to where there is never room.
+    # Files are written to where there is never space.
     (tmp_path / f".squid-{name}.part").symlink_to("/dev/full")
     words = [SQUID, "--out", designed, "--to", tmp_path, "--flights", "200", "--no-bound", "--workers", "2"]
     done = on_cluster(*words)
@@ -279,7 +279,7 @@ def test_a_full_disk_on_a_cluster(designed: Path, local: Path, tmp_path: Path) -
 
 @pytest.mark.night
 def test_all_options_reach_the_workers(designed: Path, at_sea: tuple[Path, dict], tmp_path: Path) -> None:
-    # What happened in the worst is not flown again.
+    # Trajectories of the worst flights need not be simulated again.
     shutil.copytree(at_sea[0] / "trajectories", tmp_path / "trajectories")
     done = on_cluster(SQUID, "--out", designed, "--to", tmp_path, *AT_SEA, "--no-bound", "--workers", "1")
     assert done.returncode == 0, done.stderr
@@ -320,7 +320,7 @@ vertical = -0.03
 
 
 def test_fmus_on_workers_that_have_fmpy_alone(run_squid: Run, squid: Packages, tmp_path: Path) -> None:
-    """Flights by FMUs have the numbers of the native ones, at sea, too, where one breaks the surface."""
+    """Flights with FMUs equal the native ones, also at sea, where one breaks the surface."""
     results, native, sea = tmp_path / "fmus", tmp_path / "native", tmp_path / "sea.toml"
     sea.write_text(USUAL_SEA, encoding="utf-8")
     words = [SQUID, "--out", squid.folder, "--no-bound"]
@@ -328,7 +328,7 @@ def test_fmus_on_workers_that_have_fmpy_alone(run_squid: Run, squid: Packages, t
     with cluster_in(tmp_path, 1) as address:
         for place, more in places.items():
             assert run_squid("campaign", *words, *more, "--to", native / place).returncode == 0
-            # What happened in the worst is not flown again.
+            # Trajectories of the worst flights need not be simulated again.
             shutil.copytree(native / place / "trajectories", results / place / "trajectories")
             done = on_cluster(*words, *more, "--to", results / place, "--fmu", "--scheduler", address)
             assert done.returncode == 0, done.stderr
@@ -363,7 +363,7 @@ def test_records_are_judged(run_squid: Run, designed: Path, tmp_path: Path) -> N
     assert table["time"].fill_nan(-1.0).to_list() == [-1.0, -1.0, 0.02]
     done = run_squid(*words, "3-4")
     assert done.returncode == 1 and "flight-3.csv" in done.stderr and len(files_in(tmp_path)) == 1
-    # With a trim it is the waves that it could not begin in.
+    # If a trim exists, the waves prevented the start.
     sea = tmp_path / "sea.toml"
     sea.write_text(USUAL_SEA.replace("depth = 3.0", "depth = 0.0"), encoding="utf-8")
     assert run_squid(*judge, "--to", tmp_path / "sea", "--only", "0-0", "--sea", sea).returncode == 0

@@ -1,4 +1,4 @@
-"""What a person reads fits the terminal."""
+"""Output for people fits the width of the terminal."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STAGE = 13
 
 
 def too_long(text: str, columns: int) -> list[str]:
-    """Return the lines that do not fit, but for those of a path that does not either."""
+    """Return the lines that are too long, except those of a path that is itself too long."""
 
     def is_a_path(line: str) -> bool:
         words = line.split()
@@ -61,7 +61,7 @@ VERBS = [
 def test_lines_fit(
     run_squid: Run, quick_vehicle: Path, tmp_path: Path, words: list[str | Path], columns: int | None
 ) -> None:
-    """Of 100 columns, or as many as the environment says."""
+    """Lines fit 100 columns, or the number in the environment."""
     places = {"QUICK": quick_vehicle, "NEW": tmp_path / "new"}
     if any("OUT" in str(word) for word in words):
         whole = quick_vehicle if words[0] == "tune" else designed(run_squid, quick_vehicle)

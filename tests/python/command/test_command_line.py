@@ -1,4 +1,4 @@
-"""The command `squid`: reproducible packages, and misuse answered in one clear message."""
+"""The command `squid`: reproducible packages, and misuse answered with one clear message."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ pytestmark = pytest.mark.change
 
 
 def line_of(path: Path, text: str) -> int:
-    """Return the number of the first line that holds a text."""
+    """Return the number of the first line that contains a text."""
     lines = path.read_text(encoding="utf-8").splitlines()
     return 1 + next(index for index, line in enumerate(lines) if text in line)
 
 
 def spoil(path: Path, old: str, new: str) -> int:
-    """Replace a text once, in which `*` is any number, and return the number of its line."""
+    """Replace a text once, in which `*` is any number, and return its line number."""
     text = path.read_text(encoding="utf-8")
     found = re.search(re.escape(old).replace(r"\*", r"[\d.]+"), text)
     assert found
@@ -34,7 +34,7 @@ def spoil(path: Path, old: str, new: str) -> int:
 
 
 def refused(run_squid: Run, vehicle: Path, out: Path, design: str = "design") -> str:
-    """Run `squid design`, which must fail, write nothing, and say why in a message that is returned."""
+    """Run `squid design`, which must fail, write nothing, and give the reason in the message that is returned."""
     done = run_squid("design", vehicle, "--design", design, "--no-advise", "--out", out)
     assert done.returncode not in (0, 101), done.stderr
     assert "panicked" not in done.stderr
@@ -46,9 +46,9 @@ def refused(run_squid: Run, vehicle: Path, out: Path, design: str = "design") ->
 def test_packages_from_another_place_are_the_same_to_the_byte(
     run_squid: Run, copied_vehicle: Path, tmp_path: Path
 ) -> None:
-    """Of the paper's design, which is a small one: neither the name of the directory nor the time matters.
+    """Neither the name of the directory nor the time changes the bytes; tested with the paper's design, which is small.
 
-    The last line names the command of the whole report, which is not computed and not written.
+    The last line names the command of the full report, which is not computed or written.
     """
     shutil.copy(copied_vehicle / "paper.toml", copied_vehicle / "design.toml")
     moved = Path(shutil.copytree(copied_vehicle, tmp_path / "elsewhere" / "moved"))
@@ -176,7 +176,7 @@ def test_weight_by_a_polynomial_is_refused(run_squid: Run, copied_vehicle: Path,
 def test_model_of_the_speed_without_its_frequency(
     run_squid: Run, copied_vehicle: Path, tmp_path: Path
 ) -> None:
-    """What is missing is reported at the table that lacks it."""
+    """A missing key is reported at the table that lacks it."""
     path = copied_vehicle / "design.toml"
     spoil(path, "\nfrequency = 1.2\n", "\n")
     line = line_of(path, 'output = "speed"') - 1
@@ -185,7 +185,7 @@ def test_model_of_the_speed_without_its_frequency(
 
 
 def test_all_mistakes_of_a_file_in_one_run(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
-    """One line each with file and line, in the order of the file, in one sentence of plain words."""
+    """All mistakes are reported, one line each with file and line, in the order of the file, in one plain sentence."""
     path = copied_vehicle / "design.toml"
     expected = []
     for old, new, words in (
@@ -275,7 +275,7 @@ def test_a_failsafe_that_cannot_be(
 
 
 def refuses_table(run_squid: Run, vehicle: Path, out: Path, lines: list[str], at: int, words: str) -> None:
-    """One message, at the line of the key, or of the table that lacks it."""
+    """Check for one message, at the line of the key, or of the table that lacks it."""
     path = vehicle / "design.toml"
     with path.open("a", encoding="utf-8") as file:
         file.write("\n" + "".join(f"{line}\n" for line in lines))
@@ -319,7 +319,7 @@ def test_files_that_are_no_text(run_squid: Run, copied_vehicle: Path, tmp_path: 
 
 
 def test_flight_that_leaves_the_water(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
-    """It ends at the surface, with time and speed; nothing is recorded or plotted beyond. By the paper's design."""
+    """The flight ends at the surface, with time and speed; nothing is recorded or plotted beyond."""
     shutil.copy(copied_vehicle / "paper.toml", copied_vehicle / "design.toml")
     spoil(copied_vehicle / "design.toml", "depth = 50.0", "depth = 1.0")
     done = run_squid("simulate", copied_vehicle, "--out", tmp_path / "out")
@@ -352,7 +352,7 @@ def test_modes_beyond_the_sampling_rate(run_squid: Run) -> None:
 
 
 def test_negative_numbers_on_the_command_line(run_squid: Run) -> None:
-    """They are taken for what they are, and no other way to write them is advised."""
+    """Negative numbers are read as numbers, and no other notation is suggested."""
     done = run_squid("design", SQUID, "--bandwidth", "-1")
     assert done.returncode == 64
     assert "--bandwidth is -1; it must be " in done.stderr and "tip" not in done.stderr
@@ -361,7 +361,7 @@ def test_negative_numbers_on_the_command_line(run_squid: Run) -> None:
 
 
 def test_zero_has_no_sign(run_squid: Run, copied_vehicle: Path) -> None:
-    """A vehicle that is all but neutral flies level with an incidence of -2e-5 deg."""
+    """A nearly neutral vehicle flies level with an incidence of -2e-5 deg."""
     path = copied_vehicle / "vehicle.toml"
     spoil(path, "buoyancy = { value = 658.1606198442163", "buoyancy = { value = 654.82403")
     spoil(path, "buoyancy_gradient = { value = 0.00124998333411", "buoyancy_gradient = { value = 0.0")
@@ -378,7 +378,7 @@ def test_bandwidth_on_the_command_line(run_squid: Run, tmp_path: Path, bandwidth
 
 
 def test_vehicle_called_plant(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
-    """A name that ends as those of FMUs do: the three are found by the name in design.json."""
+    """The name ends like those of FMUs: the three are found by the name in design.json."""
     vehicle = shutil.copytree(quick_vehicle, tmp_path / "vehicle")
     spoil(vehicle / "vehicle.toml", 'name = "squid"', 'name = "hydro_plant"')
     packages = package(run_squid, vehicle, tmp_path / "out")
@@ -397,7 +397,7 @@ def test_actuator_with_the_name_of_a_variable(
 
 
 def test_lags_that_no_sample_time_can_mend(run_squid: Run, tmp_path: Path) -> None:
-    """A design that leaves the lags out is refused where they upset the loop; one that has them is possible.
+    """A design that ignores lags that destabilise the loop is refused; one that includes them is possible.
 
     The model of pitch is then as slow as the actuators.
     """
@@ -454,7 +454,7 @@ def test_help_teaches(run_squid: Run, verb: list[str]) -> None:
     "verb", [[], ["design"], ["package"], ["show"], ["verify"], ["lpv", "synth"], ["lpv", "mu"]]
 )
 def test_help_is_as_wide_as_the_terminal(squid_command: Path, verb: list[str], columns: int) -> None:
-    """Nothing is broken at a fixed place but the examples, each of which stands on a line of its own."""
+    """Text is wrapped at the width of the terminal, except the examples, which have one line each."""
     environment = {**os.environ, "COLUMNS": str(columns)}
     done = subprocess.run(
         [squid_command, *verb, "--help"],
@@ -484,9 +484,9 @@ def test_design_prints_each_stage(run_squid: Run, quick_vehicle: Path, tmp_path:
 
 @pytest.mark.parametrize("design", ["design", "paper"])
 def test_ladder_of_gammas(run_squid: Run, squid_by_errors: Path, tmp_path: Path, design: str) -> None:
-    """Each further freedom of the speed costs: the gammas rise down both lists, up to the 0.2 % of their accuracy.
+    """Each additional freedom of the speed costs: gammas increase down both lists, up to their accuracy of 0.2 %.
 
-    The loops are small ones, of controllers that take in errors alone: others take minutes.
+    The loops are small, with controllers of tracking errors only: others take minutes.
     """
     vehicle = Path(shutil.copytree(squid_by_errors, tmp_path / "vehicle"))
     shutil.copy(SQUID / "paper.toml", vehicle)
@@ -508,14 +508,14 @@ def test_ladder_of_gammas(run_squid: Run, squid_by_errors: Path, tmp_path: Path,
 
 
 def gammas(lines: list[str]) -> list[float]:
-    """Return the gammas of a part of the ladder: numbers of four decimals, one a line."""
+    """Return the gammas of a part of the ladder: numbers of four decimals, one per line."""
     return [float(found[1]) for line in lines if (found := re.search(r" (\d+\.\d{4})(?!\d)", line))]
 
 
 def test_sample_time_that_is_too_long(run_squid: Run, tmp_path: Path) -> None:
-    """A controller whose sampled loop is unstable is refused, with the speed and what to change.
+    """A controller whose sampled loop is unstable is refused, with the speed and the change that helps.
 
-    REMUS 100 is unstable without control, with a time constant below 3 s; a tick each second is too slow for it.
+    REMUS 100 is unstable without control, with a time constant below 3 s; one tick per second is too slow for it.
     """
     vehicle = tmp_path / "vehicle"
     shutil.copytree(PITCHING, vehicle)
@@ -533,7 +533,7 @@ def test_vehicle_name_that_leaves_the_folder(run_squid: Run, copied_vehicle: Pat
 
 
 def test_reader_that_goes_away(squid_command: Path, quick_vehicle: Path, tmp_path: Path) -> None:
-    """`squid design | head` still writes the whole design, and nothing frightening."""
+    """`squid design | head` still writes the complete design, without an alarming message."""
     out = tmp_path / "out"
     words = [str(squid_command), "design", str(quick_vehicle), "--out", str(out)]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:

@@ -1,4 +1,4 @@
-"""What a user may ask by mistake, and must not get: files overwritten, another problem solved, nonsense flown."""
+"""Mistakes of users that must not succeed: overwriting files, solving another problem, simulating nonsense."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RECORD = HEAD + "0,0,1,9,0,1\n1,0.1,1,9,0.1,1\n2,0.1,1,9,0.1,1\n"
 
 
 def contents(folder: Path) -> dict[Path, bytes]:
-    """Return what all files of a folder contain."""
+    """Return the contents of all files of a folder."""
     return {
         path: path.read_bytes()
         for path in sorted(folder.rglob("*"))
@@ -27,7 +27,7 @@ def contents(folder: Path) -> dict[Path, bytes]:
 
 @pytest.mark.parametrize("name", ["vehicle", "", "..", "a/b", "design.toml"])
 def test_a_design_has_a_plain_name(run_squid: Run, copied_vehicle: Path, name: str) -> None:
-    """The search would write its design over the vehicle, or beside its directory."""
+    """Other names would write the design over the vehicle file, or outside its directory."""
     before = contents(copied_vehicle)
     for words in (
         ("tune", copied_vehicle, "--designs", "1", "--to", name),
@@ -41,7 +41,7 @@ def test_a_design_has_a_plain_name(run_squid: Run, copied_vehicle: Path, name: s
 def test_no_verb_replaces_the_design_of_another_vehicle(
     run_squid: Run, remus100: Packages, tmp_path: Path
 ) -> None:
-    """Verbs that design where there is none, or an old one, leave what is not theirs."""
+    """Verbs that design if there is no design, or an outdated one, do not touch the files of others."""
     out = tmp_path / "out"
     out.mkdir()
     for path in remus100.folder.glob("*.json"):
@@ -56,7 +56,7 @@ def test_no_verb_replaces_the_design_of_another_vehicle(
 def test_a_vehicle_of_the_same_name_replaces_no_design(
     run_squid: Run, quick_vehicle: Path, tmp_path: Path
 ) -> None:
-    """Two directories, each called `mine` with a vehicle of that name: their designs have one default directory."""
+    """Two vehicles named `mine` in different places have the same default directory for their designs."""
     out = tmp_path / "out"
     one, other = (Path(shutil.copytree(quick_vehicle, tmp_path / name / "mine")) for name in "ab")
     assert run_squid("design", one, "--no-advise", "--out", out).returncode == 0
@@ -69,7 +69,7 @@ def test_a_vehicle_of_the_same_name_replaces_no_design(
         assert f"this is the design of another vehicle, {one}" in done.stderr, done.stderr
         assert "name another directory with --out" in done.stderr
     assert contents(out) == before
-    # A directory that was moved is that of the same vehicle.
+    # A directory that was moved is still that of the same vehicle.
     moved = one.rename(tmp_path / "moved")
     assert run_squid("design", moved, "--no-advise", "--out", out).returncode == 0
     renamed = moved / "vehicle.toml"
@@ -79,7 +79,7 @@ def test_a_vehicle_of_the_same_name_replaces_no_design(
 
 
 def test_what_is_of_an_earlier_design_is_removed(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
-    """FMUs and SSP go with the controller that they contain; the same design again leaves them."""
+    """FMUs and SSP are removed with the controller that they contain; an unchanged design keeps them."""
     vehicle, out = Path(shutil.copytree(quick_vehicle, tmp_path / "vehicle")), tmp_path / "out"
     design = ("design", vehicle, "--no-advise", "--out", out)
     assert run_squid(*design).returncode == 0
@@ -102,7 +102,7 @@ def test_what_is_of_an_earlier_design_is_removed(run_squid: Run, quick_vehicle: 
 def test_an_old_design_is_made_again_and_said_to_be(
     run_squid: Run, quick_vehicle: Path, tmp_path: Path
 ) -> None:
-    """Unless it has a proof that a design without options does not make."""
+    """An outdated design is replaced unless it has a proof that a design without options does not make."""
     vehicle, out = tmp_path / "vehicle", tmp_path / "out"
     shutil.copytree(quick_vehicle, vehicle)
     assert run_squid("design", vehicle, "--no-advise", "--out", out).returncode == 0

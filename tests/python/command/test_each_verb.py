@@ -1,4 +1,4 @@
-"""What holds for each verb of the command: --json, completion, a manual page; and the small verbs."""
+"""Properties of every verb of the command (--json, completion, manual page), and the small verbs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CASE = ROOT / "tests" / "cases" / "lpv01_lpvtools_lft_tutorial.json"
 
 
 def verbs(run_squid: Run) -> list[str]:
-    """Return the verbs that the help lists."""
+    """Return the verbs listed by the help."""
     listed = run_squid("--help").stdout.split("Commands:\n")[1].split("\n\n")[0]
     return re.findall(r"^  ([a-z]+) ", listed, re.MULTILINE)
 
@@ -46,7 +46,7 @@ def test_answers_in_json(run_squid: Run, stored_design: Path, words: list[str | 
 
 
 def test_the_numbers_are_those_of_the_tables(run_squid: Run) -> None:
-    """The eigenvalues of A in the answer are those of the matrix that is beside them, and the trim is the table's."""
+    """The eigenvalues in the answer are those of the matrix A in it, and the trim is that of the table."""
     shown = json.loads(run_squid("show", SQUID, "--speed", "1", "--json").stdout)["at_speed"]
     trim = shown["trim"]
     trace = sum(row[place] for place, row in enumerate(shown["A"]))
@@ -85,9 +85,9 @@ def test_a_new_vehicle_is_like_its_model(run_squid: Run, tmp_path: Path, like: s
 
 
 def test_a_vehicle_is_shown_without_its_design(run_squid: Run, tmp_path: Path) -> None:
-    """A design.toml that is not there, or is one of another vehicle, keeps nobody from seeing trim and A.
+    """A missing design.toml, or one of another vehicle, does not prevent showing trim and A.
 
-    The vehicle whose speed is given has a design of Squid beside it, which tracks the speed.
+    The vehicle with prescribed speed has a design of Squid next to it, which tracks the speed.
     """
     mine = tmp_path / "mine"
     mine.mkdir()
@@ -126,7 +126,7 @@ def test_the_doctor_names_what_is_missing(squid_command: Path, run_squid: Run) -
 
 @pytest.mark.parametrize("shell", ["bash", "fish", "zsh"])
 def test_no_line_of_a_completion_script_is_broken(run_squid: Run, shell: str) -> None:
-    """In a script a line break ends a command."""
+    """Completion scripts are not wrapped, because a line break ends a command."""
     assert run_squid("completions", shell, columns="72").stdout == run_squid("completions", shell).stdout
 
 
@@ -142,7 +142,7 @@ def test_completions_and_pages_know_every_verb(run_squid: Run, tmp_path: Path) -
 
 
 def test_show_has_sway_roll_and_yaw(run_squid: Run) -> None:
-    """Of a vehicle that turns, beside the plane; the rudder of a directionally unstable hull changes its sign."""
+    """A vehicle in six degrees of freedom has sway, roll and yaw; an unstable hull reverses the rudder's effect."""
     done = run_squid("show", ROOT / "vehicles" / "remus100", "--speed", "1.54", "--json")
     shown, turning = json.loads(done.stdout)["axes"]
     assert list(shown["at_speed"]["trim"]["actuators"]) == ["propeller", "stern_planes"]

@@ -1,4 +1,4 @@
-"""`squid gains`: gains of an autopilot's file are read as `[controller]`, proved, and written back into the file."""
+"""`squid gains`: gains in an autopilot's file are read as `[controller]`, proved, and written back into the file."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def ini(tmp_path: Path) -> Path:
 
 
 def test_gains_of_dune_are_proved(run_squid: Run, ini: Path, tmp_path: Path) -> None:
-    """The gains that the file gives have the proved gain that docs/pid.md lists for them."""
+    """The gains of the file have the proved gain listed in docs/pid.md."""
     vehicle, mine = tmp_path / "remus100", tmp_path / "mine.toml"
     vehicle.mkdir()
     shutil.copy(REMUS100 / "vehicle.toml", vehicle)
@@ -44,7 +44,7 @@ def test_gains_of_dune_are_proved(run_squid: Run, ini: Path, tmp_path: Path) -> 
     done = run_squid("gains", "import", ini, "--format", "dune", "--out", mine)
     assert done.returncode == 0, done.stderr
     assert "[controller.speed]" in done.stderr and "Depth PID Gains = 0.6, 0.0, 0.7" in done.stderr
-    # Without gains of speed the proof says what is missing.
+    # Without speed gains the proof reports them as missing.
     done = run_squid("prove", vehicle, "--controller", mine)
     assert done.returncode == 1 and "'controller.speed' is left out; it must be there" in done.stderr
     with mine.open("a", encoding="utf-8") as file:
@@ -63,7 +63,7 @@ Heading Rate PID Gains = 2.0, 0.0, 0.0
 
 
 def test_gains_of_the_heading_of_dune_are_proved(run_squid: Run, tmp_path: Path) -> None:
-    """Two loops, each proportional, are kp = 2 x 0.5 and kd = 2 of a PID, over 2 x 0.5 N m/rad."""
+    """Two nested proportional loops equal a PID with kp = 2 x 0.5 and kd = 2, over 2 x 0.5 N m/rad."""
     ini, mine = tmp_path / "control.ini", tmp_path / "mine.toml"
     ini.write_text(HEADING, encoding="utf-8")
     done = run_squid("gains", "import", ini, "--format", "dune", "--axis", "heading", "--out", mine, "--json")
@@ -78,7 +78,7 @@ def test_gains_of_the_heading_of_dune_are_proved(run_squid: Run, tmp_path: Path)
 
 
 def test_a_file_without_out_is_printed_whole(run_squid: Run, ini: Path, tmp_path: Path) -> None:
-    """What is printed is what is written, also on a narrow terminal."""
+    """The printed text equals the written file, also on a narrow terminal."""
     mine = tmp_path / "mine.toml"
     printed = run_squid("gains", "import", ini, "--format", "dune", columns="40").stdout
     assert run_squid("gains", "import", ini, "--format", "dune", "--out", mine).returncode == 0
@@ -92,7 +92,7 @@ def test_a_file_without_out_is_printed_whole(run_squid: Run, ini: Path, tmp_path
 
 
 def test_gains_are_written_into_the_file_alone(run_squid: Run, ini: Path, tmp_path: Path) -> None:
-    """A byte order mark, line ends, and a link to the file stay; what is not written is said."""
+    """A byte order mark, line ends, and a link to the file are preserved; values that are not written are reported."""
     mine, link = tmp_path / "mine.toml", tmp_path / "link.ini"
     ini.write_bytes(b"\xef\xbb\xbf" + DUNE.replace("\n", "\r\n").encode())
     before = ini.read_bytes()
@@ -122,7 +122,7 @@ def test_what_cannot_be_written_leaves_everything_as_it_was(
     refused = run_squid("gains", "import", ini, "--format", "dune", "--out", ini)
     assert refused.returncode == 64 and "another file than the one that is read" in refused.stderr
     assert ini.read_text(encoding="utf-8") == DUNE
-    # Gains that are refused leave no file behind.
+    # Refused gains leave no file.
     none = tmp_path / "none.toml"
     ini.write_text(DUNE.replace("1.5", "x"), encoding="utf-8")
     done = run_squid("gains", "import", ini, "--format", "dune", "--out", none)

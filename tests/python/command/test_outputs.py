@@ -1,4 +1,4 @@
-"""What `squid` writes: all of it or nothing, never lost in silence; and what it says of a design without a proof."""
+"""Output of `squid`: written completely or not at all, never lost silently; and reports on a design without a proof."""
 
 from __future__ import annotations
 
@@ -37,20 +37,20 @@ def designed(run_squid: Run, quick_vehicle: Path, tmp_path_factory: pytest.TempP
 
 @pytest.fixture
 def copied_design(designed: Path, tmp_path: Path) -> Path:
-    """Return a copy of that folder that a test may spoil."""
+    """Return a copy of that folder that a test may modify."""
     return Path(shutil.copytree(designed, tmp_path / "out"))
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Return the files of a folder, temporary ones among them, but for the lock."""
+    """Return the files of a folder, including temporary ones, except the lock."""
     paths = (path for path in folder.iterdir() if path.is_file() and path.name != ".squid-lock")
     return {path.name: path.read_bytes() for path in paths}
 
 
 def unproved_vehicle(folder: Path) -> Path:
-    """Return a copy of Squid with a design that ends without a proof.
+    """Return a copy of Squid whose design remains without a proof.
 
-    A fit of first order from 0.1 m/s on misses the true linearisations by more than any bound of the paper's loop
+    A first-order fit from 0.1 m/s on deviates from the true linearisations by more than any bound of the paper's loop
     covers.
     """
     vehicle = Path(shutil.copytree(SQUID, folder))
@@ -64,7 +64,7 @@ def unproved_vehicle(folder: Path) -> Path:
 
 
 def test_a_design_that_is_not_proved_is_no_success(run_squid: Run, tmp_path: Path) -> None:
-    """The files are there, the exit code is 1, and whatever is shown of it begins with that."""
+    """The files are written, the exit code is 1, and all output about the design starts with the warning."""
     vehicle, out = unproved_vehicle(tmp_path / "vehicle"), tmp_path / "out"
     done = run_squid("design", vehicle, "--no-advise", "--out", out)
     assert done.returncode == 1
@@ -105,7 +105,7 @@ def test_a_proved_design_is_not_called_unproved(run_squid: Run, quick_vehicle: P
 def test_show_prints_the_controller_that_is_stored(
     run_squid: Run, quick_vehicle: Path, copied_design: Path
 ) -> None:
-    """One with modes twice as fast as designed: its poles are shown, and that nothing is proved of it."""
+    """A stored controller with modes twice as fast as designed: its poles are shown, and that it is not proved."""
     path = copied_design / "controller.json"
     values = json.loads(path.read_text("utf-8"))
     values["lft"]["A"] = (2.0 * np.array(values["lft"]["A"])).tolist()
@@ -174,7 +174,7 @@ def test_a_reader_that_goes_away_is_no_failure(squid_command: Path, words: list)
 
 @full_device
 def test_a_plot_on_a_full_device(run_squid: Run, designed: Path, tmp_path: Path) -> None:
-    """What is no file is written into, not replaced by one."""
+    """A device is written to, not replaced by a file."""
     device = tmp_path / "full"
     device.symlink_to(FULL)
     done = run_squid("plot", designed / "flight.csv", "--out", device)
@@ -196,7 +196,7 @@ def test_a_plot_into_a_pipe(squid_command: Path, designed: Path, tmp_path: Path)
 
 
 def limited(squid_command: Path, size: int, *words: str | Path) -> subprocess.CompletedProcess:
-    """Run `squid` so that no file grows beyond a size (bytes): what a full disk does, without one."""
+    """Run `squid` with a limit on the size of files (bytes), which simulates a full disk."""
 
     def limit() -> None:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -218,7 +218,7 @@ def limited(squid_command: Path, size: int, *words: str | Path) -> subprocess.Co
 def test_a_full_disk_leaves_the_earlier_design_whole(
     squid_command: Path, quick_vehicle: Path, copied_design: Path
 ) -> None:
-    """The largest file does not fit: none is written, none left over."""
+    """The largest file does not fit: none is written, and none is left over."""
     before = contents(copied_design)
     names = ("plant.json", "certificate.json", "controller.json", "design.json")
     room = max(len(before[name]) for name in names) - 100
@@ -254,7 +254,7 @@ def test_a_full_disk_leaves_earlier_flights_and_syntheses_whole(
 def test_an_output_that_cannot_be_is_told_before_the_work(
     run_squid: Run, tmp_path: Path, words: list[str | Path]
 ) -> None:
-    """Not a stage is passed."""
+    """No stage runs if the output cannot be written."""
     file = tmp_path / "file"
     file.write_text("mine", encoding="utf-8")
     for out in (file, file / "deeper" / "still"):
@@ -268,7 +268,7 @@ def test_an_output_that_cannot_be_is_told_before_the_work(
 def test_missing_binaries_are_told_before_the_work(
     run_squid: Run, quick_vehicle: Path, copied_design: Path, tmp_path: Path
 ) -> None:
-    """Before the proof, which comes first and is reported, and before the report."""
+    """Missing binaries are reported before the proof, which is the first stage, and before the report."""
     done = run_squid("package", quick_vehicle, "--out", copied_design, "--binaries", tmp_path)
     assert (done.returncode, done.stdout) == (1, "")
     assert "fmu_plant" in done.stderr and str(tmp_path) in done.stderr
@@ -278,7 +278,7 @@ def test_missing_binaries_are_told_before_the_work(
 def test_a_design_is_the_same_on_any_number_of_threads(
     monkeypatch: pytest.MonkeyPatch, run_squid: Run, quick_vehicle: Path, tmp_path: Path
 ) -> None:
-    """To the last bit of every file: no sum is formed in an order that depends on the machine."""
+    """Every file is the same to the last bit: no sum is formed in an order that depends on the machine."""
     found = []
     for threads in ("1", "2", "4"):
         monkeypatch.setenv("RAYON_NUM_THREADS", threads)

@@ -1,4 +1,4 @@
-"""`squid prove`: gains that are given are proved or refused, and a design file with them passes through every verb."""
+"""`squid prove`: given gains are proved or refused, and a design file with them passes every verb."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PSARHADI, DUNE = (3.0, 1.0, 2.0), (1.5, 0.0, 1.1)
 
 
 def controller(gains: tuple[float, float, float]) -> str:
-    """Return a file of pitch gains kp, ki and kd, in radians of the planes per radian; a gain of 0 is left out."""
+    """Return a file of pitch gains kp, ki and kd, in radians of the planes per radian; gains of 0 are omitted."""
     units = {"kp": "rad/rad", "ki": "rad/(rad.s)", "kd": "rad.s/rad"}
     pitch = "".join(
         f'{key} = {{ value = {gain}, unit = "{unit}" }}\n'
@@ -31,7 +31,7 @@ def controller(gains: tuple[float, float, float]) -> str:
 
 @pytest.fixture
 def vehicle(tmp_path: Path) -> Path:
-    """Return REMUS 100 with weights that stay."""
+    """Return REMUS 100 with constant weights."""
     vehicle = tmp_path / "remus100"
     vehicle.mkdir()
     shutil.copy(REMUS100 / "vehicle.toml", vehicle)
@@ -57,7 +57,7 @@ reference_weight = 0.75
 
 
 def test_gains_of_heading_are_proved(run_squid: Run, tmp_path: Path) -> None:
-    """On the axis of heading, whose requirements they meet; with the other sign, or on another axis, refused."""
+    """Gains of heading meet the requirements of its axis; a wrong sign, or another axis, is refused."""
     gains = tmp_path / "gains.toml"
     gains.write_text(HEADING.replace("KP", "0.81"), encoding="utf-8")
     words = ["prove", REMUS100, "--axis", "heading", "--controller", gains, "--json", "--strict"]
@@ -78,15 +78,15 @@ def test_published_gains_are_proved(run_squid: Run, vehicle: Path) -> None:
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert found["status"] == "proved"
-    # Figures of a prototype that shares no code; its delay margin, 0.083 s, is at 2.1 m/s.
+    # Reference values are those of a prototype that shares no code; its delay margin, 0.083 s, is at 2.1 m/s.
     assert found["gain"] == pytest.approx(15.0, rel=0.02)
     assert found["frozen_gain"] == pytest.approx(3.33, rel=0.02)
     assert found["frozen_growth"] < 0
     assert found["sampled_gain"] > found["gain"]
-    # The bound of the synthesised controller, of which test_generated.py has the committed one.
+    # Bound of the synthesised controller; test_generated.py checks the committed one.
     assert found["full_order_gain"] < 0.5
     assert [place["speed"] for place in found["box"]] == pytest.approx([1.4, 1.8, 2.2])
-    # That prototype: 5 to 10 % of overshoot, 13 % in the box.
+    # The prototype has 5 to 10 % of overshoot, 13 % over the box of the uncertainty.
     assert all(place["survived"] > 0.9 and 0.1 < place["overshoot"] < 0.14 for place in found["box"])
     rows = {row["key"]: row["achieved"]["value"] for row in found["verdict"]["rows"]}
     assert {"gain_margin", "phase_margin", "delay_margin", "mu", "noise", "gamma"} <= rows.keys()
@@ -131,7 +131,7 @@ def test_what_cannot_be_proved_is_refused(
 def test_an_unstable_loop_is_refused_with_speed_and_growth(
     run_squid: Run, vehicle: Path, kp: float, growth: float
 ) -> None:
-    """DUNE without its derivative, and lrauv; growth as a prototype has it."""
+    """DUNE without its derivative, and lrauv; the growth equals that of a prototype."""
     done = run_squid("prove", vehicle, "--controller", given(vehicle, controller((kp, 0.0, 0.0))))
     assert done.returncode == 1
     assert f"at 2.20 m/s, where it is worst, it grows by {growth} 1/s" in done.stderr
@@ -154,7 +154,7 @@ def test_there_must_be_a_controller(run_squid: Run, vehicle: Path) -> None:
 
 
 def test_a_design_file_with_gains_is_designed_and_exported(run_squid: Run, vehicle: Path) -> None:
-    """And nothing searches for other weights."""
+    """The design is exported, and there is no search for other weights."""
     with (vehicle / "design.toml").open("a", encoding="utf-8") as file:
         file.write("\n" + controller(PVS).replace('"pid"', '"pid"\ntracking_time = 0.5', 1))
     out = vehicle.parent / "out"
@@ -164,7 +164,7 @@ def test_a_design_file_with_gains_is_designed_and_exported(run_squid: Run, vehic
     stored = json.loads((out / "controller.json").read_text(encoding="utf-8"))
     assert len(stored["lft"]["A"]) == 2
     assert stored["gamma"]["certified"] and stored["gamma"]["back_off"] == 0
-    # I' = -(u - sat u)/(Tt ki) of the planes, which lower the bow; the state is in units of 5 deg.
+    # Anti-windup I' = -(u - sat u)/(Tt ki) of the planes, which lower the bow; the state is in units of 5 deg.
     reach, unit = 13.6, 5.0
     assert stored["anti_windup"][0][1] == pytest.approx(reach / (unit * 0.5 * 0.3))
     for verb in (["export", vehicle, "--out", out], ["show", vehicle, "--out", out, "--controller"]):
@@ -173,7 +173,7 @@ def test_a_design_file_with_gains_is_designed_and_exported(run_squid: Run, vehic
     header = next((out / "c").glob("*.h")).read_text(encoding="utf-8")
     for gain in ("pitch.kp = 5.0 (rad/rad)", "pitch.ki = 0.3 (rad/(rad.s))", "speed.kp = 30.0 (N.s/m)"):
         assert gain in header
-    # A controller that is not that of the gains is not exported.
+    # A controller that does not follow from the gains is not exported.
     path = out / "controller.json"
     text = path.read_text(encoding="utf-8")
     stored["gains"][0]["coefficients"] = [5.1]
@@ -204,7 +204,7 @@ def test_a_design_file_with_gains_is_designed_and_exported(run_squid: Run, vehic
 def test_each_published_pid(
     run_squid: Run, vehicle: Path, gains: tuple, gain: float, delays: tuple[float, float]
 ) -> None:
-    """Against a prototype with another speed loop, which has the delay margins at 1.5 and 2.1 m/s."""
+    """The values are those of a prototype with another speed loop, which has the delay margins at 1.5 and 2.1 m/s."""
     done = run_squid("prove", vehicle, "--controller", given(vehicle, controller(gains)), "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)

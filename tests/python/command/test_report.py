@@ -1,4 +1,4 @@
-"""The report: one page that needs nothing else, every figure, the paper's claims if asked; the page in the FMUs."""
+"""The report: one self-contained page, every figure, the paper's claims on request; and the page in the FMUs."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ FINDINGS = {"confirmed", "partly confirmed", "not confirmed", "cannot be judged"
 
 
 class Written(NamedTuple):
-    """The name of a vehicle, the folder with its report, and whether that has the paper's sections and claims."""
+    """Name of a vehicle, folder of its report, and True if the report has the paper's sections and claims."""
 
     name: str
     folder: Path
@@ -76,7 +76,7 @@ class Written(NamedTuple):
 
 @pytest.fixture(params=[*ACTUATORS, "--paper"])
 def written(request: pytest.FixtureRequest, run_squid: Run) -> Written:
-    """Return the report on each of two vehicles, and that on Squid with the paper's claims."""
+    """Return the report on each of two vehicles, and the report on Squid with the paper's claims."""
     if request.param == "--paper":
         return Written("squid", with_the_paper(run_squid), paper=True)
     vehicle = VEHICLES[request.param]
@@ -85,7 +85,7 @@ def written(request: pytest.FixtureRequest, run_squid: Run) -> Written:
 
 
 def with_the_paper(run_squid: Run) -> Path:
-    """Return the folder of the report on Squid with the paper's claims and a design beside it, made once."""
+    """Return the folder of the report on Squid with the paper's claims and another design, made once."""
 
     def make(folder: Path) -> None:
         shutil.copytree(
@@ -104,7 +104,7 @@ def page(written: Written) -> ET.Element:
 
 
 def test_is_not_computed_again(written: Written, run_squid: Run, tmp_path: Path) -> None:
-    """A second run shows what the first has computed."""
+    """A second run shows the results of the first."""
     name, first, paper = written
     folder = shutil.copytree(first, tmp_path / name)
     before = (folder / "report.html").read_bytes()
@@ -120,7 +120,7 @@ def words(element: ET.Element) -> str:
 
 
 def test_page_needs_nothing_else(written: Written, page: ET.Element) -> None:
-    """Nothing to load: every reference stays within the page, and neither style nor script fetches anything."""
+    """Every reference stays within the page, and neither style nor script fetches anything."""
     for element in page.iter():
         tag = element.tag.removeprefix(XHTML)
         assert tag not in {"link", "iframe", "object", "embed", "img", "image", "base"}, tag
@@ -147,7 +147,7 @@ def test_links_lead_somewhere(page: ET.Element) -> None:
 
 
 def test_every_figure_is_there(written: Written, page: ET.Element) -> None:
-    """In the page and as a file of its own, each with curves that have points and with units at its axes."""
+    """Every figure is in the page and a file of its own, with curves that have points and units on the axes."""
     name, folder, paper = written
     figures = {figure.attrib["id"]: figure for figure in page.iter(f"{XHTML}figure")}
     assert set(figures) == (FIGURES | OF_THE_PAPER if paper else FIGURES)
@@ -179,7 +179,7 @@ def test_every_figure_is_there(written: Written, page: ET.Element) -> None:
 
 
 def test_the_page_says_what_it_is_made_from(written: Written, page: ET.Element) -> None:
-    """Version, date and hashes below the heading; the same at the foot of each page in print."""
+    """Version, date and hashes are below the heading, and at the foot of each printed page."""
     name = written.name
     origin = next(words(p) for p in page.iter(f"{XHTML}p") if p.attrib.get("class") == "origin")
     for file in ("vehicle.toml", "design.toml"):
@@ -190,7 +190,7 @@ def test_the_page_says_what_it_is_made_from(written: Written, page: ET.Element) 
 
 
 def test_claims_are_there_if_asked_and_come_last(written: Written, page: ET.Element) -> None:
-    """Without --paper no vehicle has sections or claims of the paper, Squid neither; with it all are there."""
+    """Without --paper no vehicle has sections or claims of the paper, not even Squid; with it all are present."""
     sections = [section.attrib["id"] for section in page.iter(f"{XHTML}section")]
     assert sections[:3] == ["verdict", "steps", "flown"]
     own = ["tuning", "open-loop", "difficulty", "switching", "claims"]
@@ -209,7 +209,7 @@ def test_claims_are_there_if_asked_and_come_last(written: Written, page: ET.Elem
 
 
 def claims_of(page: ET.Element) -> list[ET.Element]:
-    """Return the claims, each judged."""
+    """Return the claims, each with its judgement."""
     return [d for d in page.iter(f"{XHTML}div") if d.attrib.get("class", "").startswith("boxed")]
 
 
@@ -230,7 +230,7 @@ def test_every_claim_has_finding_criterion_and_numbers(run_squid: Run) -> None:
 
 
 def test_a_surrogate_is_called_one(written: Written, page: ET.Element) -> None:
-    """Squid's heading, warning, captions and claims say so; REMUS 100 is published."""
+    """Heading, warning, captions and claims of Squid call it a surrogate; REMUS 100 is published."""
     surrogate = written.name == "squid"
     assert ("SURROGATE" in words(page)) == surrogate
     named = [words(c) for c in page.iter(f"{XHTML}strong")] + [words(c) for c in page.iter(f"{XHTML}h1")]
@@ -238,7 +238,7 @@ def test_a_surrogate_is_called_one(written: Written, page: ET.Element) -> None:
 
 
 def test_the_claim_on_the_order_follows_from_the_table(run_squid: Run) -> None:
-    """The residuals are in a table; the finding must be the one that its criterion gives for them."""
+    """The finding must be the one that the criterion gives for the residuals in the table."""
     page = page_with_the_paper(run_squid)
     tables = [
         [[words(cell) for cell in row] for row in table.iter(f"{XHTML}tr")]
@@ -277,7 +277,7 @@ def test_the_loop_as_it_flies_has_all_its_figures(page: ET.Element) -> None:
 
 
 def test_the_loop_comes_back_from_its_limits(written: Written, page: ET.Element) -> None:
-    """Within 10 s from what the actuators do not hold; without anti-windup they are at their limits for longer."""
+    """The vehicle returns within 10 s from a saturated state; without anti-windup saturation lasts longer."""
 
     def settled(row: list[str]) -> float:
         return math.inf if row[6] in {"never", "-"} else float(row[6])
@@ -293,7 +293,7 @@ def test_the_loop_comes_back_from_its_limits(written: Written, page: ET.Element)
 
 
 def test_the_comparison_counts_what_is_lost(page: ET.Element) -> None:
-    """The PID keeps to the limits of its tuning, and the score is that of the rows."""
+    """The PID respects the limits of its tuning, and the score is that of the rows."""
     head, *rows = rows_of(page, "peers")
     assert head[2:4] == ["scheduled", "PID"]
     limited = [row for row in rows if row[0] in {"peak of |S|", "commands under noise, rms (% of reach)"}]
@@ -306,7 +306,7 @@ def test_the_comparison_counts_what_is_lost(page: ET.Element) -> None:
 
 
 def test_a_design_beside_flies_with_the_pid(run_squid: Run) -> None:
-    """The figures of the report's design and of its PID are those of their comparison; all others are beside."""
+    """The report's design and its PID have the figures of their comparison; all others are listed with them."""
     page = page_with_the_paper(run_squid)
     _, *flights = rows_of(page, "peers")
     head, *rows = rows_of(page, "beside")
@@ -326,7 +326,7 @@ def test_a_design_beside_flies_with_the_pid(run_squid: Run) -> None:
 
 
 def test_the_report_follows_the_vehicle(run_squid: Run, squid_by_errors: Path, tmp_path: Path) -> None:
-    """Other speeds in the design file are other speeds in the report."""
+    """The report uses the speeds of the design file."""
     vehicle = shutil.copytree(squid_by_errors, tmp_path / "vehicle")
     design = vehicle / "design.toml"
     text = design.read_text(encoding="utf-8")
@@ -344,7 +344,7 @@ def test_the_report_follows_the_vehicle(run_squid: Run, squid_by_errors: Path, t
 def test_a_section_that_cannot_be_computed_says_why(
     run_squid: Run, squid_by_errors: Path, tmp_path: Path
 ) -> None:
-    """A design that tracks speed alone has no pitch response; everything else is there."""
+    """A design that tracks speed only has no pitch response; everything else is present."""
     vehicle = shutil.copytree(squid_by_errors, tmp_path / "vehicle")
     design = vehicle / "design.toml"
     text = design.read_text(encoding="utf-8")
@@ -358,9 +358,9 @@ def test_a_section_that_cannot_be_computed_says_why(
 
 
 def test_fmus_carry_what_the_design_found(packages: Packages, run_squid: Run) -> None:
-    """As documentation/index.html, with a line on what the FMU is and where the whole report is from.
+    """The page is documentation/index.html, with a line on the FMU and on the command of the full report.
 
-    The verdict's table is that of `design.json` and of the whole report, to the last digit.
+    The table of the verdict is that of `design.json` and of the full report, to the last digit.
     """
     whole = ET.fromstring(reported(run_squid, VEHICLES[packages.vehicle]))
     for fmu, what in zip(

@@ -1,4 +1,4 @@
-"""The pages of the report in a browser, headless Chromium: no script fails, nothing is cut off, no figure is empty."""
+"""Pages of the report in headless Chromium: no script fails, nothing is cut off, no figure is empty."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ pytestmark = pytest.mark.night
 
 
 def look(page: str, folder: Path, width: int, *flags: str) -> dict:
-    """Return what the probe finds in a window so wide."""
+    """Return the findings of the probe in a window of this width."""
     probed = page.replace("<head>", f"<head><script>{CATCH}</script>", 1)
     probed = probed.replace("</body>", f"<script>/*<![CDATA[*/{PROBE}/*]]>*/</script></body>", 1)
     path = folder / "page.html"
-    # In a frame, since a window is never narrower than 500 pixels; a frame follows the scheme of the page around it.
+    # A frame is used because a window is at least 500 pixels wide; a frame inherits the colour scheme of its page.
     framed = f'<iframe style="border:0;width:{width}px;height:900px" srcdoc="{html.escape(probed)}"></iframe>'
     scheme = '<meta charset="utf-8"><meta name="color-scheme" content="light dark">'
     path.write_text(f"<!DOCTYPE html>{scheme}<body>{framed}</body>", encoding="utf-8")
@@ -53,7 +53,7 @@ def brightness(colour: str) -> float:
 def test_a_page_is_whole_in_a_narrow_and_in_a_wide_window(
     run_squid: Run, vehicle: Path, tmp_path: Path
 ) -> None:
-    """Of each shipped vehicle: no script fails, nothing is cut off, every chart has curves that tell their values."""
+    """On the page of each shipped vehicle no script fails, nothing is cut off, and every chart has readable curves."""
     page = reported(run_squid, vehicle)
     assert "could not be computed" not in page
     for width in (NARROW, WIDE):
@@ -75,7 +75,7 @@ def test_a_page_is_whole_in_a_narrow_and_in_a_wide_window(
 
 
 def test_a_wide_table_scrolls_within_itself(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
-    """Of four designs side by side, with names that are no shorter than people's."""
+    """The page has four designs side by side, with names of realistic length."""
     vehicle = Path(shutil.copytree(quick_vehicle, tmp_path / "vehicle"))
     names = [f"a-design-of-{person}" for person in ("mine", "theirs", "yours")]
     for name in names:
@@ -99,7 +99,7 @@ def test_a_page_is_dark_where_the_system_is(run_squid: Run, tmp_path: Path) -> N
 
 
 def test_the_probe_sees_what_is_wrong(run_squid: Run, tmp_path: Path) -> None:
-    """A script that fails, a box that is too wide, curves that are gone."""
+    """The probe detects a failing script, a box that is too wide, and missing curves."""
     page = reported(run_squid, SQUID)
     spoiled = page.replace("</h1>", "</h1><script>missing();</script><div style='width:900px'>wide</div>", 1)
     spoiled = re.sub(r' points="[^"]*"', ' points=""', spoiled)

@@ -1,4 +1,4 @@
-"""The two commands of run.py as far as they can be tested without running them whole."""
+"""The commands of run.py, as far as they can be tested without running them completely."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ WORDS = " ".join(f"word{index}" for index in range(30))
 
 @pytest.mark.parametrize("mark", ["", "- ", "  - ", "12. ", "> "])
 def test_long_prose_is_wrapped(mark: str) -> None:
-    """To at most 120 columns, with the same words; a second time changes nothing."""
+    """Prose is wrapped at 120 columns with the same words; a second run changes nothing."""
     text = f"# Title\n\n{mark}{WORDS} {WORDS}\n\nshort\nlines\n"
     wrapped = fix.wrap(text)
     lines = wrapped.splitlines()
@@ -80,7 +80,7 @@ def test_what_is_no_prose_is_not_wrapped(kept: str) -> None:
 
 @pytest.mark.parametrize("word", ["-", "+", "3.", "#", "|", ">"])
 def test_wrapping_makes_no_list_or_heading(word: str) -> None:
-    """Wherever a line breaks, it does not begin with what Markdown reads as a mark."""
+    """No wrapped line starts with text that Markdown reads as markup."""
     for length in range(100, 125):
         lines = fix.wrap(f"{'x' * 60} {'y' * (length - 61)} {word} {WORDS}\n").splitlines()
         assert max(map(len, lines)) <= 120
@@ -97,7 +97,7 @@ def test_the_pages_are_as_fix_leaves_them() -> None:
 def test_what_cargo_is_told_does_not_name_this_folder(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """A flag that does would have every crate compiled anew where the folder was moved."""
+    """A flag with the path would recompile every crate after the folder was moved."""
     monkeypatch.setenv("CARGO_HOME", str(tmp_path))
     assert str(ROOT) not in libraries.without_paths() and str(tmp_path) in libraries.without_paths()
 
@@ -117,7 +117,7 @@ def test_a_missing_program_is_named() -> None:
 
 
 def test_a_full_disk_is_told_before_the_work(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """What lies there already is not asked for again, and of the disk of temporary files less is."""
+    """Existing files need no space again, and the disk of temporary files needs less."""
     free = {ROOT: 3.26, Path(tempfile.gettempdir()): 1.2}
     monkeypatch.setattr(room, "free_in", free.__getitem__)
     monkeypatch.setattr(room, "taken_by", lambda folder: 0.0)
@@ -155,7 +155,7 @@ def test_a_stamp_sees_every_change(tmp_path: Path) -> None:
 
 
 def test_an_environment_is_made_once() -> None:
-    """Not by the user's Python and again by that of the tests, which is of another environment made of it."""
+    """The user's Python and that of the tests, which is in another environment made of it, share one environment."""
     platforms.tools()
     (made,) = BUILD.glob("platforms-*/stamp")
     before = made.stat().st_mtime_ns
@@ -166,7 +166,7 @@ def test_an_environment_is_made_once() -> None:
 
 
 def test_fmus_are_those_that_the_design_names(tmp_path: Path) -> None:
-    """A vehicle may be called something_plant, and other FMUs may lie about."""
+    """A vehicle may be called something_plant, and other FMUs may be present."""
     (tmp_path / FIGURES).write_text('{"fmu_identifier": "hydro_plant"}', encoding="utf-8")
     for name in ("hydro_plant.fmu", "hydro_plant_plant.fmu", "hydro_plant_controller.fmu", "other_plant.fmu"):
         (tmp_path / name).touch()
@@ -200,7 +200,7 @@ def test_the_main_job_ends_by_naming_plot_and_report(
 def test_the_command_of_the_whole_report_is_exact(
     run_squid: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, design: str
 ) -> None:
-    """What follows `cargo squid` is what the command takes: it says that there is no such vehicle, and no more."""
+    """The command accepts the words after `cargo squid`: it only reports that the vehicle does not exist."""
     monkeypatch.chdir(ROOT)
     cargo, name, *words = shlex.split(
         package.report_of(package.Design(tmp_path / "no where", design), BUILD / "none")
@@ -231,7 +231,7 @@ def test_a_step_that_does_not_settle_is_described() -> None:
 
 
 def test_a_flight_ends_at_the_surface(run_squid: Run, tmp_path: Path) -> None:
-    """A millimetre above it is rounding; time and speed are given, and figures end there."""
+    """A millimetre above the surface is rounding; time and speed are reported, and figures end there."""
     signals = {name: np.zeros(4) for name in ("pitch", "pitch_reference_used", "speed_reference_used")}
     signals |= {"time": np.arange(4.0), "depth": np.array([0.0, -5e-4, -0.02, 1.0])}
     signals["speed"] = np.array([0.25, 0.5, 2.5, 9.0])

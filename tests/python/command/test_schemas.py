@@ -1,4 +1,4 @@
-"""The JSON schemas of the files of a vehicle, by which editors check them, are true to what reads the files."""
+"""JSON schemas of a vehicle's files, with which editors check them, agree with the parsers of these files."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ def toml(value: object) -> str:
 
 
 def written(content: dict) -> str:
-    """Return the text of a file, each section on a line."""
+    """Return the text of a file, one section per line."""
     return "".join(f"{json.dumps(key)} = {toml(value)}\n" for key, value in content.items())
 
 
 def complaints(run_squid: Run, folder: Path, name: str, content: dict) -> str:
-    """Return what `squid show` says of Squid with one of its files replaced; nothing if it reads the file.
+    """Return the message of `squid show` for Squid with one of its files replaced; empty if it reads the file.
 
-    A `design.toml` that is not in order does not stop it; one that is named does.
+    A wrong `design.toml` does not stop it; a design that is named does.
     """
     shutil.copytree(SQUID, folder, dirs_exist_ok=True)
     file = {"vehicle": "vehicle", "design": "named"}[name]
@@ -54,7 +54,7 @@ def example(name: str) -> dict:
 
 
 def tables(schema: dict, path: str = "") -> Iterator[tuple[str, dict]]:
-    """Return each table of fixed keys in a schema with its path; that of an array of tables is the table's."""
+    """Yield each table of fixed keys in a schema with its path; an array of tables has the path of the table."""
     inner = schema.get("items", schema)
     if inner.get("additionalProperties") is False:
         yield path, inner
@@ -65,7 +65,7 @@ def tables(schema: dict, path: str = "") -> Iterator[tuple[str, dict]]:
 
 
 def with_unknown_keys(schema: dict) -> object:
-    """Return an instance of which every table has one key, which is unknown, beside its tables."""
+    """Return an instance in which every table has one unknown key in addition to its tables."""
     inner = schema.get("items", schema)
     found = {
         key: with_unknown_keys(value)
@@ -88,7 +88,7 @@ def test_the_keys_are_those_that_are_read(run_squid: Run, tmp_path: Path, name: 
     unknown = with_unknown_keys(SCHEMAS[name])
     said = complaints(run_squid, tmp_path, name, unknown)
     if name == "design":
-        # The keys of the other axes.
+        # Keys of the other axes.
         for output in ("heading", "roll"):
             unknown["track"] = [{"output": output, "zzz": 0}]
             unknown["controller"] = {"kind": "pid", output: {"zzz": 0}, "allocation": {"zzz": 0}, "zzz": 0}
@@ -103,7 +103,7 @@ def test_the_keys_are_those_that_are_read(run_squid: Run, tmp_path: Path, name: 
 
 
 def limits(schema: dict) -> Iterator[tuple[float, bool]]:
-    """Return numbers at and just beyond the ends of what is allowed, and whether each is."""
+    """Yield numbers at and just beyond the limits, with True for those that are allowed."""
     for key, side in (("minimum", -math.inf), ("maximum", math.inf)):
         if key in schema:
             yield float(schema[key]), True
@@ -133,7 +133,7 @@ def test_the_limits_of_a_design_are_those_that_are_read(
 ) -> None:
     design = example("design")
     table = design.setdefault(section, dict(OWN.get(section, {})))
-    # The scale of a pitch has limits of its own: that of the speed has those of any number.
+    # The scale of a pitch has limits of its own; that of the speed may be any number.
     place = 1 if (section, key) == ("track", "scale") else 0
     table = table[place] if isinstance(table, list) else table
     table[key] = value
@@ -264,7 +264,7 @@ def test_a_design_of_heading_is_one_that_is_read(
 
 
 def test_the_defaults_of_requirements_are_those_of_the_verdict(run_squid: Run, quick_vehicle: Path) -> None:
-    """Those of a design without `[require]` or `[uncertainty]`; without a speed loop, none of the speed."""
+    """A design without `[require]` or `[uncertainty]` gets the defaults; without a speed loop, none of the speed."""
     done = run_squid(
         "design", quick_vehicle, "--no-advise", "--json", "--out", quick_vehicle.parent / "limits"
     )
@@ -355,7 +355,7 @@ def test_what_a_vehicle_that_turns_needs(
     run_squid: Run, tmp_path: Path, surface: dict, sections: dict, allowed: bool
 ) -> None:
     vehicle = example("vehicle")
-    # Without what Squid has of its own.
+    # Keys that only Squid has are removed.
     for table, key in ((vehicle["mass"], "I_xx"), (vehicle["lift"], "K_up")):
         del table[key]
     for thruster in vehicle["thruster"]:
@@ -375,7 +375,7 @@ def test_what_a_vehicle_that_turns_needs(
 def test_the_limits_of_a_delay_are_those_at_the_longest_sample_time(
     run_squid: Run, tmp_path: Path, delay: float, allowed: bool
 ) -> None:
-    """A shorter one has narrower limits, which a schema cannot say."""
+    """A shorter sample time has narrower limits, which a schema cannot express."""
     design = example("design")
     longest = SCHEMAS["design"]["properties"]["autopilot"]["properties"]["sample_time"]["maximum"]
     design["autopilot"] = {"sample_time": float(longest), "delay": delay}
@@ -385,7 +385,7 @@ def test_the_limits_of_a_delay_are_those_at_the_longest_sample_time(
 
 
 def test_signs_and_units_of_a_vehicle_are_those_that_are_read(run_squid: Run, tmp_path: Path) -> None:
-    """Every coefficient of a wrong sign at once, then every one in a wrong unit: both refuse all of them."""
+    """Every coefficient with a wrong sign, then with a wrong unit: schema and parser refuse all of them."""
     sections = SCHEMAS["vehicle"]["properties"]
     coefficients = [
         (section, key, schema["properties"])
@@ -433,7 +433,7 @@ NPS = ROOT / "tests" / "vehicles" / "nps_auv_ii"
 def test_a_given_speed_leaves_out_what_acts_on_it(
     run_squid: Run, tmp_path: Path, change: dict, allowed: bool
 ) -> None:
-    """Without `[surge]` the added mass of surge is missing."""
+    """With a prescribed speed the added mass of surge must be absent."""
     content = tomllib.loads((NPS / "vehicle.toml").read_text(encoding="utf-8")) | change
     content = {key: value for key, value in content.items() if value is not None}
     vehicle = shutil.copytree(NPS, tmp_path / "nps")

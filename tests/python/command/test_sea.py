@@ -1,4 +1,4 @@
-"""Flights at sea by the command, and the schema of the files of seas."""
+"""Simulations at sea by the command, and the schema of sea files."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def toml(value: object) -> str:
 
 
 def complaints(run_squid: Run, folder: Path, sea: dict) -> str:
-    """Return what is said of a sea; nothing if it is read: BlueROV2 Heavy is flown in no waves."""
+    """Return the message about a sea file; empty if it is read: BlueROV2 Heavy is not simulated in waves."""
     file = folder / "sea.toml"
     file.write_text("".join(f"{key} = {toml(value)}\n" for key, value in sea.items()), encoding="utf-8")
     done = run_squid("simulate", BLUEROV, "--sea", file, "--out", folder)
@@ -73,7 +73,7 @@ def test_the_keys_are_those_that_are_read(run_squid: Run, tmp_path: Path) -> Non
 
 
 def numbers() -> list[tuple[str, str, float | int, bool]]:
-    """Return numbers at and just beyond the ends of what the schema allows, by table and key, and whether each is."""
+    """Return numbers at and just beyond the limits of the schema, by table and key, with True for allowed ones."""
     found = []
     tables = {key: table.get("items", table) for key, table in SCHEMA["properties"].items()}
     for table, schema in ({"": SCHEMA} | tables).items():
@@ -146,7 +146,7 @@ def designed(run_squid: Run, remus100: Packages, tmp_path_factory: pytest.TempPa
 
 
 def test_the_record_is_that_of_the_sea(run_squid: Run, designed: Path) -> None:
-    """The surface has the rms of its spectrum, and what was read has bias, steps and rate of the sensors."""
+    """The surface has the rms of its spectrum, and measurements have bias, quantisation and rate of the sensors."""
     text = (designed / "sea.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(text.splitlines()))
     column = {key.split(" ")[0]: np.array([float(row[key]) for row in rows]) for key in rows[0]}
@@ -168,7 +168,7 @@ def test_the_record_is_that_of_the_sea(run_squid: Run, designed: Path) -> None:
 def test_a_flight_that_leaves_the_range_of_speed_says_so(
     run_squid: Run, designed: Path, tmp_path: Path
 ) -> None:
-    """A log that reads 0.3 m/s too much: the autopilot, which sees nothing of it, flies below its range."""
+    """A speed log reads 0.3 m/s too high: the autopilot, unaware of it, flies below its range."""
     sea = tmp_path / "sea.toml"
     sea.write_text('seed = 1\n[[sensor]]\nsignal = "speed"\nunit = "m/s"\nbias = 0.3\n', encoding="utf-8")
     folder = Path(shutil.copytree(designed, tmp_path / "out"))
@@ -202,7 +202,7 @@ def test_what_is_said_is_what_was_flown(run_squid: Run, designed: Path, tmp_path
 
 
 def test_the_fmu_meets_the_same_waves(run_squid: Run, remus100: Packages, tmp_path: Path) -> None:
-    """Co-simulation to rounding, model exchange to the tolerance of its integrator; and not as in still water."""
+    """Co-simulation agrees to rounding, model exchange to its integrator's tolerance; neither equals still water."""
     folder = Path(shutil.copytree(remus100.folder, tmp_path / "out"))
     sea = {"seed": 3, "depth": 4.0, "waves": shipped()["waves"] | {"height": 0.5, "heading": 150.0}}
     file = tmp_path / "sea.toml"
@@ -222,7 +222,7 @@ def test_the_fmu_meets_the_same_waves(run_squid: Run, remus100: Packages, tmp_pa
     }
 
     def off(kind: str, until: float, **values: float) -> float:
-        """Return the largest difference to the flight of the command up to a time."""
+        """Return the largest difference from the command's simulation up to a time."""
         interval = flown["time"][1]
         times = flown["time"][flown["time"] <= until]
         result = simulate_fmu(
@@ -235,7 +235,7 @@ def test_the_fmu_meets_the_same_waves(run_squid: Run, remus100: Packages, tmp_pa
             start_values=values,
             output=names,
         )
-        # A step of the integrator may end beside a point of output, and events are there twice.
+        # A step of the integrator may end next to an output point, and events have two rows.
         at = {name: np.interp(times, result["time"], result[name]) for name in names}
         return max(np.max(np.abs(at[name] - flown[name][: len(times)])) for name in names)
 
@@ -248,7 +248,7 @@ def test_the_fmu_meets_the_same_waves(run_squid: Run, remus100: Packages, tmp_pa
 
 
 def test_a_report_has_the_sea_that_is_asked_for(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
-    """Six speeds in a table, and what is left of the waves farther down: less."""
+    """A table has six speeds, and the residual waves farther down, which are smaller."""
     sea = shipped()
     sea["waves"]["components"] = 20
     file = tmp_path / "sea.toml"

@@ -1,4 +1,4 @@
-"""`squid tune --controller pid`: gains of smallest proved gain, written as a design that the chain proves."""
+"""`squid tune --controller pid`: gains that minimise the proved gain, written as a design that all verbs accept."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.night
 
 @pytest.fixture
 def vehicles(tmp_path: Path) -> Path:
-    """Return copies of vehicles, with designs whose weights stay."""
+    """Return copies of vehicles, with designs whose weights are fixed."""
     weights = {PITCHING: ROOT / "tests" / "designs" / "remus100_for_pid.toml", SQUID: SQUID / "proved.toml"}
     for vehicle, design in weights.items():
         to = tmp_path / vehicle.name
@@ -33,8 +33,8 @@ def test_the_gain_is_proved(run_squid: Run, vehicles: Path, name: str, degree: i
     done = run_squid("tune", vehicle, "--controller", "pid", "--degree", degree, "--json", timeout=900.0)
     found = json.loads(done.stdout)
     assert found["frozen_gain"] < found["least_gain"] < most
-    # The gains that are written meet the requirements, which cost gain; these weights of REMUS 100 ask for more delay
-    # than a PID of it has.
+    # The written gains meet the requirements, at a cost in gain; these weights of REMUS 100 require more delay margin
+    # than a PID achieves.
     missed = [row["key"] for row in found["verdict"]["rows"] if row["outcome"] == "missed"]
     assert found["verdict"]["rows"]
     assert done.returncode == (5 if missed else 0), done.stderr
@@ -47,7 +47,7 @@ def test_the_gain_is_proved(run_squid: Run, vehicles: Path, name: str, degree: i
     assert units["pitch.kp"] == table["pitch"]["kp"]["unit"] == ("N.m/rad" if name == "squid" else "rad/rad")
     for gain in found["gains"]:
         assert len(gain["coefficients"]) == (1 if gain["unit"] == "1" else degree + 1)
-    # What is written is a design of its own, with the same proved gain.
+    # The written file is a design of its own, with the same proved gain.
     proved = run_squid("prove", vehicle, "--design", "tuned", "--json")
     assert proved.returncode == 0, proved.stderr
     assert json.loads(proved.stdout)["gain"] == pytest.approx(found["gain"], rel=1e-9)

@@ -1,4 +1,4 @@
-"""Axes and sensors that are a table's rows: roll of an X tail, and an altimeter over a bottom that rises."""
+"""Axes and sensors defined by rows of a table: roll of an X tail, and an altimeter over a rising bottom."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ overshoot = 30.0
 
 
 def copied(to: Path, vehicle: str = "", axis: str = "") -> Path:
-    """Copy REMUS 100, with more at the ends of its files."""
+    """Copy REMUS 100, with text appended to its files."""
     shutil.copytree(REMUS100, to)
     for name, more in (("vehicle.toml", vehicle), ("design.toml", axis)):
         path = to / name
@@ -79,14 +79,14 @@ def copied(to: Path, vehicle: str = "", axis: str = "") -> Path:
 
 @pytest.fixture(scope="module")
 def rolling(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Packages]:
-    """REMUS 100 with ailerons, and its packed autopilot of depth, heading and roll."""
+    """Return REMUS 100 with ailerons, and its packed autopilot of depth, heading and roll."""
     here = tmp_path_factory.mktemp("rolling")
     vehicle = copied(here / "remus100", AILERONS, ROLL)
     return vehicle, package(run_squid, vehicle, here / "out")
 
 
 def test_a_third_axis_is_a_section_of_a_file(run_squid: Run, rolling: tuple[Path, Packages]) -> None:
-    """It is designed, proved, packed, flown through FMPy, and proved again of the FMU."""
+    """A third axis is designed, proved, packed, simulated with FMPy, and verified in the FMU."""
     vehicle, packed = rolling
     assert validate_fmu(str(packed.loop)) == []
     ends = {"roll_step": np.radians(3.0), "heading_step": np.radians(-20.0), "depth_step": 0.5}
@@ -95,7 +95,7 @@ def test_a_third_axis_is_a_section_of_a_file(run_squid: Run, rolling: tuple[Path
     assert np.degrees(last["roll"]) == pytest.approx(3.0, abs=0.02)
     assert np.degrees(last["heading"]) == pytest.approx(-20.0, abs=0.02)
     assert last["depth"] == pytest.approx(20.5, abs=0.01)
-    # Against the righting moment.
+    # Holds against the righting moment.
     assert np.degrees(last["ailerons"]) > 0.3
     done = run_squid("verify", packed.loop, "--vehicle", vehicle)
     assert done.returncode == 0, done.stderr
@@ -104,7 +104,7 @@ def test_a_third_axis_is_a_section_of_a_file(run_squid: Run, rolling: tuple[Path
 
 
 def test_plant_and_controller_fly_apart(rolling: tuple[Path, Packages]) -> None:
-    """The plant has an output for each signal that any axis measures, and a master wires them by their names."""
+    """The plant has an output for each signal that any axis measures, and a master connects them by name."""
     _, packed = rolling
     speed = 1.8
     wanted = {
@@ -123,7 +123,7 @@ def test_plant_and_controller_fly_apart(rolling: tuple[Path, Packages]) -> None:
 
 
 def test_a_third_axis_turns_with_the_others(run_squid: Run, rolling: tuple[Path, Packages]) -> None:
-    """Nothing is claimed of the axes together, whose proof is of two."""
+    """Nothing is claimed of three axes together, because the joint proof is for two."""
     vehicle, packed = rolling
     done = run_squid("simulate", vehicle, "--turn", "40", "--out", packed.folder)
     assert done.returncode == 0, done.stderr
@@ -142,7 +142,7 @@ def test_an_axis_without_an_actuator_is_refused(run_squid: Run, tmp_path: Path) 
 
 
 def test_an_altimeter_keeps_the_height_above_a_slope(run_squid: Run, tmp_path: Path) -> None:
-    """In place of the depth: the vehicle climbs with the bottom; FMU and C take the altitude."""
+    """With altitude in place of depth the vehicle climbs with the bottom; FMU and C use the altitude."""
     vehicle = copied(tmp_path / "remus100")
     path = vehicle / "design.toml"
     text = path.read_text(encoding="utf-8")
@@ -155,7 +155,7 @@ def test_an_altimeter_keeps_the_height_above_a_slope(run_squid: Run, tmp_path: P
     flown = simulate_fmu(str(packed.loop), start_values={**bottom, "heading_step": 0.3}, output=names)
     below = 60.0 - 0.03 * flown["north"] + 0.01 * flown["east"]
     assert flown["altitude"] == pytest.approx(below - flown["depth"], abs=1e-9)
-    # A metre nearer to the bottom than at the start, which has risen by some metres.
+    # A metre nearer to the bottom than at the start, while the bottom has risen by some metres.
     assert flown["altitude"][-1] == pytest.approx(39.0, abs=0.01)
     assert flown["depth"][-1] < 17.0
     done = run_squid("export", vehicle, "--axis", "depth", "--out", packed.folder, "--to", tmp_path / "c")
@@ -165,7 +165,7 @@ def test_an_altimeter_keeps_the_height_above_a_slope(run_squid: Run, tmp_path: P
 
 
 def test_a_sea_has_a_bottom(run_squid: Run, tmp_path: Path) -> None:
-    """The depth of the bottom is that of the file, also under a vehicle that turns; a steep one is refused."""
+    """The depth of the bottom is that of the file, also for a turning vehicle; a steep bottom is refused."""
     out = tmp_path / "out"
     shutil.copytree(kept(run_squid, REMUS100).folder, out)
     sea = tmp_path / "sea.toml"

@@ -1,4 +1,4 @@
-"""The autopilot of depth and that of heading of REMUS 100 in one FMU: packed, flown and proved again."""
+"""The autopilots of depth and heading of REMUS 100 in one FMU: packed, simulated and verified."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ NAME = "remus100_controller.fmu"
 
 @dataclass(frozen=True)
 class Made:
-    """The FMUs of the controllers: of each axis, and of both."""
+    """FMUs of the controllers: of each axis, and of both."""
 
     depth: Path
     heading: Path
@@ -38,7 +38,7 @@ class Made:
     """What `squid package --json` says of both."""
 
     def copy(self, folder: Path) -> Path:
-        """Copy the designs for a test that spoils them; return where `squid` is to be run."""
+        """Copy the designs for a test that modifies them; return the directory in which to run `squid`."""
         shutil.copytree(self.build, folder / "build", ignore=shutil.ignore_patterns("*.fmu"))
         return folder
 
@@ -91,7 +91,7 @@ def test_both_are_packed(run_squid: Run, made: Made, tmp_path: Path) -> None:
 
 
 def test_it_is_legal_and_commands_as_each_does_alone(made: Made) -> None:
-    """To the bit, whatever the other measures."""
+    """Each axis commands the same bits as alone, whatever the other measures."""
     assert validate_fmu(str(made.both)) == []
     names = {
         path: {v.name for v in read_model_description(path).modelVariables if v.causality == "input"}
@@ -145,20 +145,20 @@ class Source:
         self.state = (ctypes.c_double * 4096)()
 
     def struct(self, header: str, of: str) -> type[ctypes.Structure]:
-        """Return a struct of the header."""
+        """Return the type of a struct in the header."""
         text = header.split(f"}} {self.name}_{of};")[0].rsplit("typedef struct {", 1)[1]
         kinds = {f"{self.name}_real": ctypes.c_double, "unsigned": ctypes.c_uint}
         fields = [(name, kinds[kind]) for kind, name in re.findall(r"^    (\w+) (\w+);", text, re.MULTILINE)]
         return type(of, (ctypes.Structure,), {"_fields_": fields})
 
     def call(self, name: str) -> int:
-        """Call `reset` or `step`; return what it returns."""
+        """Call `reset` or `step`; return its result."""
         arguments = [ctypes.byref(one) for one in (self.state, self.inputs, self.outputs)]
         return getattr(self.library, f"{self.name}_{name}")(*arguments)
 
 
 def test_its_source_is_one_autopilot(run_squid: Run, made: Made, tmp_path: Path) -> None:
-    """It commands as the FMU, to the bit; an axis that refuses its reference does not stop the other."""
+    """The source commands the same bits as the FMU; an axis that refuses its reference does not stop the other."""
     done = run_squid("export", REMUS100, "--to", tmp_path, cwd=made.build.parent)
     assert done.returncode == 0, done.stderr
     source = Source(tmp_path, "remus100")
@@ -185,7 +185,7 @@ def test_its_source_is_one_autopilot(run_squid: Run, made: Made, tmp_path: Path)
             for name, value in values.items():
                 setattr(source.inputs, name, value)
                 both.set(name, value)
-            # The FMU takes its bearings from the inputs of its first tick.
+            # The FMU initialises from the inputs of its first tick.
             assert tick > 1 or source.call("reset") == 0
             assert source.call("step") == 0
             both.step_to(0.02 * tick)
@@ -256,7 +256,7 @@ def frozen(certificate: dict, theta: dict[int, float]) -> tuple[np.ndarray, np.n
 
 
 def test_both_are_stable_under_whatever_the_coupling_may_be(made: Made) -> None:
-    """By another computation: any d that is no longer than e keeps the loop of both stable, at speeds and in turns."""
+    """An independent check: any d no longer than e keeps both loops stable, at constant speeds and in turns."""
     with zipfile.ZipFile(made.both) as fmu:
         both = [json.loads(fmu.read(f"resources/coupling_certificate{index}.json")) for index in ("", "_2")]
     gains = [claim(one, "gain")["gamma"] for one in both]
@@ -322,14 +322,14 @@ def test_the_c_of_both_is_linked_together(run_squid: Run, made: Made, tmp_path: 
 
 
 def amplify(content: bytes) -> bytes:
-    """Change the law of control: another digit of a number of it."""
+    """Change the control law: another digit of one of its numbers."""
     controller = json.loads(content)
     controller["lft"]["A"][0][0] *= 1 + 1e-15
     return json.dumps(controller).encode()
 
 
 def rescale(content: bytes) -> bytes:
-    """Change what the certificate does not have: the scale of a measurement."""
+    """Change a value that is not in the certificate: the scale of a measurement."""
     controller = json.loads(content)
     controller["controller_inputs"][0]["scale"] /= 50
     return json.dumps(controller).encode()
@@ -404,7 +404,7 @@ def test_what_cannot_be_packed_says_why(
 
 
 def changed(tmp_path: Path, shared: dict[str, str], *of_axes: dict[str, str]) -> Path:
-    """Return a copy of the vehicle with parts of its design replaced, outside of the axes and in each."""
+    """Return a copy of the vehicle with parts of its design replaced, in the shared part and in each axis."""
     vehicle = Path(shutil.copytree(REMUS100, tmp_path / "vehicle"))
     design = vehicle / "design.toml"
     parts = design.read_text(encoding="utf-8").split("[[axis]]\n")
@@ -471,14 +471,14 @@ def test_axes_of_one_vehicle(
     heading: dict[str, str],
     said: str,
 ) -> None:
-    """They have one clock, one depth and a speed in common; each key stands in one place, and is complained of once."""
+    """Axes share sample time, depth and speed; each key has one place, and is reported once."""
     done = run_squid("design", changed(tmp_path, shared, depth, heading), cwd=tmp_path)
     assert done.returncode == 1 and done.stderr.count(said) == 1, done.stderr
     assert not (tmp_path / "build").exists()
 
 
 def test_the_order_of_axes_does_not_matter(run_squid: Run, tmp_path: Path) -> None:
-    """What holds level flight comes first; names of axes, folders and certificates do not depend on the file."""
+    """The axis of level flight is first; names of axes, folders and certificates do not depend on the file's order."""
     vehicle = changed(tmp_path, {})
     show = ("show", vehicle, "--speed", "1.8", "--json")
     before = run_squid(*show, cwd=tmp_path)
@@ -491,7 +491,7 @@ def test_the_order_of_axes_does_not_matter(run_squid: Run, tmp_path: Path) -> No
 
 
 def test_what_was_packed_of_another_design_goes(run_squid: Run, made: Made, tmp_path: Path) -> None:
-    """An axis that is designed anew takes the FMUs of all axes with it, and the certificates of both."""
+    """A redesigned axis invalidates the FMUs of all axes and the certificates of both."""
     vehicle, here = (
         changed(tmp_path / "other", {}, {}, {"back_off = 0.04": "back_off = 0.05"}),
         made.copy(tmp_path),
@@ -547,7 +547,7 @@ def test_verify_wants_the_axes_that_are_there(run_squid: Run, made: Made) -> Non
 
 
 def test_a_campaign_flies_both(run_squid: Run, made: Made, tmp_path: Path) -> None:
-    """What is uncertain of either axis is drawn for each flight, which is in six degrees of freedom."""
+    """The uncertainty of both axes is sampled for each flight, which is in six degrees of freedom."""
     here = made.copy(tmp_path)
     done = run_squid("campaign", REMUS100, "--flights", "8", "--json", cwd=here, timeout=900.0)
     assert done.returncode == 0, done.stderr
@@ -574,7 +574,7 @@ def test_a_campaign_flies_both(run_squid: Run, made: Made, tmp_path: Path) -> No
 
 
 def test_the_report_has_both_on_one_page(run_squid: Run, made: Made, tmp_path: Path) -> None:
-    """Each section is of an axis, but that of turns, which is of both; no two have one anchor."""
+    """Each section belongs to an axis, except that on turns, which belongs to both; all anchors differ."""
     here = made.copy(tmp_path)
     done = run_squid("report", REMUS100, "--json", cwd=here, timeout=900.0)
     assert done.returncode == 0, done.stderr

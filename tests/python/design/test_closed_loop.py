@@ -1,7 +1,7 @@
-"""What is asked of the closed loop, on the nonlinear vehicle, through the FMUs.
+"""Requirements on the closed loop, tested on the nonlinear vehicle with the FMUs.
 
-First the design by errors alone, at the speeds and bandwidths and with the steady error of 1 % of Sutarto and Budiyono
-(2011); then the designs that are flown, which measure and follow a model.
+First the design with tracking errors only, at the speeds and bandwidths and with the steady error of 1 % of Sutarto and
+Budiyono (2011); then the designs in use, with measurements and a reference model.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Tuning:
 
 @pytest.fixture(scope="module", params=BANDWIDTHS)
 def tuning(request: pytest.FixtureRequest, run_squid: Run, squid_by_errors: Path) -> Tuning:
-    """Design by errors alone at each bandwidth in turn and fly the step at all speeds."""
+    """Design with tracking errors only at each bandwidth in turn and simulate the step at all speeds."""
     packages = kept(run_squid, squid_by_errors, "--bandwidth", str(request.param))
     responses = {speed: pitch_step(packages, speed, TEN_DEGREES, 85.0) for speed in SPEEDS}
     return Tuning(request.param, packages, responses)
@@ -58,7 +58,7 @@ def tuning(request: pytest.FixtureRequest, run_squid: Run, squid_by_errors: Path
 
 @pytest.mark.parametrize("speed", SPEEDS)
 def test_pitch_step_at_the_speeds_of_the_paper(tuning: Tuning, speed: float) -> None:
-    """Steady error within 1 %, overshoot below 10 %, thrust inside its limits, speed held."""
+    """Steady error within 1 %, overshoot below 10 %, thrust within its limits, speed held."""
     flown = tuning.responses[speed]
     after = flown["pitch_done"][flown["time"] >= STEP_TIME]
     assert np.max(after) - 1.0 < 0.10
@@ -75,7 +75,7 @@ def test_pitch_step_at_the_speeds_of_the_paper(tuning: Tuning, speed: float) -> 
 def test_commands_come_as_late_as_the_design_declares(
     run_squid: Run, squid_by_errors: Path, tmp_path: Path
 ) -> None:
-    """Five ticks after the step; the loop, designed with its delay, is as good as without."""
+    """Commands come five ticks after the step; the loop, designed for this delay, is as good as without it."""
     vehicle = tmp_path / "late"
     shutil.copytree(squid_by_errors, vehicle)
     design = vehicle / "design.toml"
@@ -95,13 +95,13 @@ def test_commands_come_as_late_as_the_design_declares(
 
 
 def test_the_six_responses_lie_close_together(tuning: Tuning) -> None:
-    """At no time do two of the six differ by more than a tenth of the step."""
+    """At no time do two of the six responses differ by more than a tenth of the step."""
     all_six = np.array([response["pitch_done"] for response in tuning.responses.values()])
     assert np.max(np.ptp(all_six, axis=0)) < 0.10
 
 
 def test_bandwidth_sets_the_pace(tuning: Tuning) -> None:
-    """The loop rises about as fast as a first-order system of the bandwidth asked for, or up to three times faster."""
+    """The rise time is that of a first-order system of the specified bandwidth, or up to three times shorter."""
     flown = tuning.responses[1.5]
     first_order = np.log(9.0) / tuning.bandwidth
     assert first_order / 3.0 < Step.of(flown["time"], flown["pitch_done"]).rise < first_order
@@ -109,7 +109,7 @@ def test_bandwidth_sets_the_pace(tuning: Tuning) -> None:
 
 @dataclass(frozen=True)
 class Step:
-    """What is read off the answer to a step, which ends at 1 if all is well."""
+    """Figures of a step response, which ends at 1 if all is well."""
 
     overshoot: float
     steady_error: float
@@ -119,7 +119,7 @@ class Step:
 
     @classmethod
     def of(cls, time: Signal, done: Signal) -> Step:
-        """Read off a signal over time (s)."""
+        """Compute the figures of a signal over time (s)."""
         after = done[time >= STEP_TIME]
         reached = [float(time[np.argmax(done > part)]) for part in (0.1, 0.9)]
         steady_error = np.max(np.abs(after[-len(after) // 10 :] - 1.0))
@@ -127,7 +127,7 @@ class Step:
 
 
 def model_of_pitch(time: Signal, frequency: float, damping: float) -> Signal:
-    """Return the answer of T_ref(s) = w^2/(s^2 + 2 zeta w s + w^2) to the step."""
+    """Return the step response of T_ref(s) = w^2/(s^2 + 2 zeta w s + w^2)."""
     decay, turning = damping * frequency, frequency * np.sqrt(1.0 - damping**2)
     since = np.maximum(time - STEP_TIME, 0.0)
     swing = np.cos(turning * since) + decay * since * np.sinc(turning * since / np.pi)
@@ -136,7 +136,7 @@ def model_of_pitch(time: Signal, frequency: float, damping: float) -> Signal:
 
 @pytest.mark.parametrize("speed", [0.6, 1.0, 2.0, 2.9])
 def test_squid_follows_pitch_steps(squid: Packages, speed: float) -> None:
-    """By 10 degrees: overshoot within 3 %, 10 to 90 % in 2.5 s, steady error within 0.05 %, limits as `TOUCHED`."""
+    """Steps of 10 degrees: overshoot within 3 %, rise in 2.5 s, steady error within 0.05 %, limits as in `TOUCHED`."""
     flown = pitch_step(squid, speed, TEN_DEGREES, 65.0)
     found = Step.of(flown["time"], flown["pitch_done"])
     assert found.overshoot <= 0.03
@@ -153,7 +153,7 @@ SPEED_STEPS = [(0.6, 0.5), (1.5, 0.5), (2.4, 0.5), (1.1, -0.5), (2.9, -0.5)]
 
 @pytest.mark.parametrize(("speed", "height"), SPEED_STEPS)
 def test_squid_follows_speed_steps(squid: Packages, speed: float, height: float) -> None:
-    """By 0.5 m/s up and down: overshoot within 5 %."""
+    """Steps of 0.5 m/s up and down: overshoot within 5 %."""
     flown = speed_step(squid, speed, height, 65.0)
     found = Step.of(flown["time"], flown["speed_done"])
     assert found.overshoot <= 0.05
@@ -162,7 +162,7 @@ def test_squid_follows_speed_steps(squid: Packages, speed: float, height: float)
 
 @pytest.mark.night
 def test_the_model_sets_the_pace(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """A model half as fast halves the pace; the bandwidth of the weight matters less, though it is halved too."""
+    """A model of half the frequency halves the pace; halving the bandwidth of the weight has less effect."""
     vehicle = without_uncertainty(SQUID, tmp_path / "vehicle")
     design = vehicle / "design.toml"
     text = design.read_text(encoding="utf-8").replace("\n# anti_windup = true", "\nanti_windup = false")
@@ -172,7 +172,7 @@ def test_the_model_sets_the_pace(squid: Packages, run_squid: Run, tmp_path: Path
     assert text.count(f"frequency = {pace}\ndamping = {damping}\n") == 1
 
     def flight(packages: Packages, frequency: float) -> tuple[float, float]:
-        """Return the rise time over that of the model, and how far the two come apart."""
+        """Return the rise time relative to that of the model, and the largest deviation from the model."""
         flown = pitch_step(packages, 1.5, TEN_DEGREES, 45.0)
         model = model_of_pitch(flown["time"], frequency, damping)
         own, wanted = (Step.of(flown["time"], done).rise for done in (flown["pitch_done"], model))
@@ -191,7 +191,7 @@ def test_the_model_sets_the_pace(squid: Packages, run_squid: Run, tmp_path: Path
 
 
 def test_without_control_the_responses_are_not_alike(squid: Packages) -> None:
-    """Open loop (the paper's Fig. 6), one couple of the thrusters: six responses that differ by a fifth and more."""
+    """The six open-loop responses to a couple of the thrusters (the paper's Fig. 6) differ by a fifth and more."""
     flown = []
     for speed in SPEEDS:
         values = {"initial_speed": speed}
@@ -204,7 +204,7 @@ def test_without_control_the_responses_are_not_alike(squid: Packages) -> None:
 
 
 def test_ramp_of_speed_is_well_damped(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """A pitch step while speed ramps from 0.5 to 3 m/s in 20 s."""
+    """Pitch step while the speed ramps from 0.5 to 3 m/s in 20 s."""
     values = {
         "pitch_step": TEN_DEGREES,
         "step_time": 10.0,
@@ -229,7 +229,7 @@ def test_ramp_of_speed_is_well_damped(squid: Packages, run_squid: Run, tmp_path:
 
 
 def extremes(signal: np.ndarray) -> list[float]:
-    """Return the values at which a signal turns, leaving out ripples below a thousandth."""
+    """Return the extrema of a signal, except ripples below a thousandth."""
     turns, extreme, rising = [], float(signal[0]), None
     for value in map(float, signal):
         if rising is None:
@@ -251,9 +251,9 @@ def test_extremes_of_a_known_signal() -> None:
 
 @pytest.mark.parametrize("speed", [1.4, 1.5, 1.8, 2.1, 2.2])
 def test_remus100_steers_by_its_stern_planes(remus100: Packages, speed: float) -> None:
-    """A second vehicle, designed and packaged by naming its directory, follows the step of its manoeuvre.
+    """A second vehicle, designed and packaged by the name of its directory, follows the step of its manoeuvre.
 
-    At both ends of its range and in the middle: overshoot and steady error as asked of Squid at first, 10 % and 1 %.
+    At both ends and the centre of its range, overshoot and steady error are below 10 % and 1 %.
     """
     flown = pitch_step(remus100, speed, np.deg2rad(3.0), 65.0)
     found = Step.of(flown["time"], flown["pitch_done"])
@@ -272,7 +272,7 @@ def test_remus100_follows_speed_steps(remus100: Packages, speed: float, height: 
 
 
 def test_leaving_the_scheduled_speeds_is_flagged(squid: Packages) -> None:
-    """Asked to fly slower than the design's range, the loop goes on flying and says so."""
+    """With a reference below the scheduled range the loop continues and sets the flag."""
     values = {"speed_from": 0.6, "speed_to": 0.3, "ramp_start": 5.0, "ramp_duration": 5.0, "pitch_step": 0.0}
     flown = fly_alone(squid.loop, 60.0, sample_time(squid), values)
     assert np.min(flown["scheduling_parameter"]) == -1.0

@@ -1,4 +1,4 @@
-"""REMUS 100 with an autopilot that holds a depth, from the design file to flights of its FMUs."""
+"""REMUS 100 with a depth autopilot, from the design file to simulations of its FMUs."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def flown(deep: Packages) -> Signals:
 
 
 def inputs_of(fmu: Path) -> set[str]:
-    """Return the inputs, and what the flight of the loop is made of."""
+    """Return the inputs of an FMU."""
     variables = read_model_description(fmu).modelVariables
     flown = ("step", "ramp", "speed_from", "speed_to")
     return {
@@ -92,10 +92,10 @@ def test_the_fmus_take_a_depth_and_no_step_of_pitch(deep: Packages) -> None:
 def test_the_depth_is_held_and_followed(
     deep: Packages, flown: Signals, run_squid: Run, tmp_path: Path
 ) -> None:
-    """A step while the speed ramps through the range; the master flies the same."""
+    """Depth step while the speed ramps through the range; the coupled simulation agrees."""
     figures = figures_of(run_squid, flown, tmp_path)
     assert "pitch_steps" not in figures
-    # The step of 1 m is used as a ramp, which counts as a step to its end.
+    # The step of 1 m is used as a ramp, which counts as a step to its final value.
     (step,) = figures["depth_steps"]
     assert step["height"] == pytest.approx(1.0) and step["time"] == pytest.approx(10.0)
     assert step["overshoot"] < 0.02 and 0.0 < step["settling_time"] < 30.0
@@ -116,7 +116,7 @@ def test_the_depth_is_held_and_followed(
 
 
 def test_the_worker_of_a_campaign_flies_the_same(deep: Packages, flown: Signals) -> None:
-    """Its record has the depth that is wanted."""
+    """The record contains the depth reference."""
     drawn = {
         "manoeuvre": json.loads((deep.folder / "manoeuvre.json").read_text()),
         "start": {},
@@ -132,7 +132,7 @@ def test_the_worker_of_a_campaign_flies_the_same(deep: Packages, flown: Signals)
     )
     for name in ("time", "pitch", "speed", "depth", "distance"):
         assert record[name] == pytest.approx(flown[name], abs=AGREEMENT), name
-    # What is asked at a tick is in the row after it, on the way there within what the vehicle can hold.
+    # The reference of a tick is in the following row; on the way it stays within the envelope of the vehicle.
     asked, used = record["depth_reference_used"][:-1], flown["depth_reference_used"][1:]
     on_the_way = np.abs(asked - used) > AGREEMENT
     assert set(asked) == {20.0, 21.0} and 0 < np.count_nonzero(on_the_way) < 2.0 / sample_time(deep)
@@ -140,7 +140,7 @@ def test_the_worker_of_a_campaign_flies_the_same(deep: Packages, flown: Signals)
 
 
 def test_a_flight_does_not_depend_on_the_depth_where_it_begins(deep: Packages, flown: Signals) -> None:
-    """Within the rounding of depths, which are larger than the way that is made of them."""
+    """The result is the same within the rounding of depths, which are larger than the distance moved."""
     lower = fly_alone(deep.loop, 40.0, sample_time(deep), {"initial_depth": 300.0})
     count = len(lower["time"])
     for name in ("pitch", "stern_planes", "propeller"):
@@ -149,7 +149,7 @@ def test_a_flight_does_not_depend_on_the_depth_where_it_begins(deep: Packages, f
 
 
 def test_another_reference_at_the_start_is_a_step(deep: Packages, flown: Signals) -> None:
-    """As in the SSP: the same response as that of the step that comes later, at the same speed."""
+    """As in the SSP, the response equals that to the step that comes later, at the same speed."""
     values = {"speed_to": 1.5, "step_time": 0.0}
     early = fly_alone(deep.loop, 40.0, sample_time(deep), values)
     late = fly_alone(deep.loop, 50.0, sample_time(deep), values | {"step_time": 10.0})
@@ -162,7 +162,7 @@ def test_another_reference_at_the_start_is_a_step(deep: Packages, flown: Signals
 
 
 def test_a_ramp_is_followed_by_hand(deep: Packages) -> None:
-    """Down by 6 m at 0.1 m/s while `manual` is true: 5 s behind at most, and at the end where it is wanted."""
+    """Down by 6 m at 0.1 m/s while `manual` is true: at most 5 s behind, and on the reference at the end."""
     tick = sample_time(deep)
 
     def inputs(time: float) -> dict[str, float]:

@@ -1,6 +1,6 @@
-"""Taking over in flight, through the FMUs: from a pilot, after a reset, from another design.
+"""Engaging in flight, with the FMUs: after a pilot, after a reset, after another design.
 
-Without following, a controller that was engaged off trim jumped by half of the range of the thrusters.
+Without following the applied commands, a controller engaged off trim jumped by half of the range of the thrusters.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def each(request: pytest.FixtureRequest) -> Packages:
 
 @dataclass
 class Pilot:
-    """Commands about trim that change each second; what the plant cannot tell apart is commanded alike."""
+    """Commands about trim that change each second; actuators that the plant cannot distinguish get equal commands."""
 
     commands: dict[str, float]
     ranges: dict[str, float]
@@ -56,7 +56,8 @@ class Pilot:
         """Return a pilot of a vehicle in trim."""
         ranges = limits(packages)
         trim = {name: controller.get(name) for name in ranges}
-        # The two upper thrusters of Squid push alike in the plane: no controller of the plane can tell them apart.
+        # The two upper thrusters of Squid act alike in the plane, so that no controller of the plane can distinguish
+        # them.
         alike = [("upper_port", "upper_starboard")] if "upper_port" in ranges else []
         widths = {name: high - low for name, (low, high) in ranges.items()}
         return cls(trim, widths, alike, np.random.default_rng(seed))
@@ -77,7 +78,7 @@ def speeds(packages: Packages) -> tuple[float, float]:
 
 @dataclass
 class Taken:
-    """How a controller took over."""
+    """Figures of an engagement."""
 
     jump: float
     followed: float
@@ -90,7 +91,7 @@ class Taken:
 
 
 def worst(controller: Slave, applied: dict[str, float], ranges: dict[str, float]) -> float:
-    """Return the largest difference of a command from what is applied, as a share of its range."""
+    """Return the largest difference between a command and the applied one, as a fraction of its range."""
     return max(abs(controller.get(name) - value) / ranges[name] for name, value in applied.items())
 
 
@@ -119,11 +120,11 @@ class Flight:
         return self.plant.get(reference.removesuffix("_reference"))
 
     def hold(self) -> None:
-        """Ask for what is."""
+        """Set the references to the current measurements."""
         self.wanted = {name: self.measured(name) for name in self.loop.wanted}
 
     def fly(self, applied: dict[str, float] | None = None) -> None:
-        """One tick, under the controller or with these commands."""
+        """Simulate one tick, under the controller or with these commands."""
         self.step += 1
         self.loop.inform(self.wanted)
         self.controller.step_to(self.step * self.tick)
@@ -136,7 +137,7 @@ class Flight:
 
 
 def engaged(packages: Packages, seed: int) -> Taken:
-    """Let a pilot fly, and the controller take over and hold what it finds."""
+    """Let a pilot fly, then engage the controller, which holds the present state."""
     slow, fast = speeds(packages)
     speed = np.random.default_rng(seed + 1_000_000).uniform(slow + 0.1, fast - 0.1)
     with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
@@ -154,7 +155,7 @@ def engaged(packages: Packages, seed: int) -> Taken:
         controller.set("engaged", True)
         flight.hold()
         begun = plant.get("pitch")
-        # A design on pitch holds what it finds; one on depth goes to level flight from there.
+        # A pitch design holds the present state; a depth design returns to level flight.
         end = begun if "pitch_reference" in flight.wanted else plant.get("trim_pitch")
         inside = slow <= plant.get("path_speed") <= fast
         motion = abs(begun - end) + abs(plant.get("pitch_rate"))
@@ -170,7 +171,7 @@ def engaged(packages: Packages, seed: int) -> Taken:
 def check(packages: Packages, seeds: range) -> None:
     all_taken = [engaged(packages, seed) for seed in seeds]
     jumps, followed = (max(getattr(one, name) for one in all_taken) for name in ("jump", "followed"))
-    # What the pilot leaves is braked first; from a dive a design on depth comes back up to where it was engaged.
+    # Motion left by the pilot is damped first; from a dive a depth design returns to the depth of engagement.
     inside = [one for one in all_taken if one.inside]
     excursions = max(one.excursion - one.motion for one in inside)
     print(f"{len(inside)} of {len(all_taken)} inside, pitch {excursions / DEGREE:.2f} deg")
@@ -189,7 +190,7 @@ def test_it_takes_over_from_ten_thousand_pilots(each: Packages) -> None:
 
 
 def test_a_reset_in_flight_is_no_bump(each: Packages) -> None:
-    """What the vehicle holds it holds on, and the commands go on where they were."""
+    """The vehicle keeps its state, and the commands continue without a jump."""
     slow, fast = speeds(each)
     with Slave(each.plant, "plant") as plant, Slave(each.controller, "controller") as controller:
         flight = Flight(each, plant, controller, 0.5 * (slow + fast))
@@ -219,7 +220,7 @@ def test_a_reset_in_flight_is_no_bump(each: Packages) -> None:
 
 
 def test_two_designs_change_places(remus100: Packages, deep: Packages) -> None:
-    """Pitch, depth and pitch again: the one that does not fly follows the one that does."""
+    """Pitch, depth and pitch again: the design that is not engaged follows the commands of the other."""
     ranges = {name: high - low for name, (low, high) in limits(remus100).items()}
     slow, fast = speeds(remus100)
     with (
@@ -262,7 +263,7 @@ def test_two_designs_change_places(remus100: Packages, deep: Packages) -> None:
 
 @pytest.mark.parametrize("known", [False, True])
 def test_limits_beyond_its_own_do_not_wind_it_up(remus100: Packages, known: bool) -> None:
-    """Planes stuck at 60 % of their limits, whether it is told of them or not: it is back within 10 s."""
+    """Planes stuck at 60 % of their limits, known to the controller or not: it recovers within 10 s."""
     with Slave(remus100.plant, "plant") as plant, Slave(remus100.controller, "controller") as controller:
         flight = Flight(remus100, plant, controller, 1.4)
         controller.set("applied_given", known)

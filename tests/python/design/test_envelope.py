@@ -1,4 +1,4 @@
-"""References beyond what the vehicle can hold, through the FMUs: limited, said to be, and followed again after.
+"""References beyond what the vehicle can hold, with the FMUs: limited, flagged, and followed again afterwards.
 
 Without limits a depth step of REMUS 100 by 10, 20, 30 and 50 m took its pitch to -35, -49, -85 and -442 deg.
 """
@@ -33,13 +33,13 @@ def frozen(folder: Path) -> dict:
 
 
 def over_speed(controller: dict, ends: list) -> list[np.ndarray]:
-    """Return the ends of a limit, each a number for each row of the trim table."""
+    """Return both ends of a limit, each as a number for each row of the trim table."""
     rows = len(controller["trim"]["speed"])
     return [np.broadcast_to(np.asarray(end, dtype=float), rows) for end in ends]
 
 
 def pitch_at(controller: dict, forward_speed: float) -> tuple[float, float, float]:
-    """Return the pitch of level flight and the least and the largest pitch reference at a forward speed."""
+    """Return the trim pitch and the least and the largest pitch reference at a forward speed."""
     trim = controller["trim"]
     columns = (trim["signals"]["pitch"], *over_speed(controller, controller["envelope"]["pitch"]["range"]))
     level, least, largest = (float(np.interp(forward_speed, trim["forward_speed"], c)) for c in columns)
@@ -49,7 +49,7 @@ def pitch_at(controller: dict, forward_speed: float) -> tuple[float, float, floa
 def held(
     packages: Packages, path_speed: float, asked: float | None
 ) -> tuple[Signals, list[tuple[float, bool]]]:
-    """Ask for a pitch for 40 s, from level flight and back; return the flight, and when a reference was limited."""
+    """Request a pitch for 40 s, from level flight and back; return the record, and the times of limited references."""
     said: list[tuple[float, bool]] = []
     with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
         plant.begin({"initial_speed": path_speed, "initial_depth": DEEP, "reference_depth": DEEP})
@@ -69,7 +69,7 @@ def held(
 def test_a_pitch_that_cannot_be_held(
     request: pytest.FixtureRequest, name: str, part: float, way: int
 ) -> None:
-    """By any factor: the end of the envelope is flown instead, at the speed that is asked for, and it is said."""
+    """Whatever the factor, the end of the envelope is used instead, at the requested speed, and the flag is set."""
     packages: Packages = request.getfixturevalue(name)
     controller, tick = frozen(packages.folder), sample_time(packages)
     speeds = controller["trim"]["speed"]
@@ -87,8 +87,8 @@ def test_a_pitch_that_cannot_be_held(
         last = np.searchsorted(flown["time"], BACK) - 1
         assert flown["pitch"][last] == pytest.approx(end, abs=0.05 * abs(end - level)), factor
         assert flown["speed"][last] == pytest.approx(forward, rel=0.1), factor
-        # What was said at a tick is read before the next one: exactly where a reference is not used as it is asked.
-        # That may go on for a while after it is taken back, where it yielded to planes at their limit.
+        # The flag of a tick is read before the next one and is set exactly while a reference is not used as requested.
+        # It may stay set after the request ends if the reference yielded to saturated planes.
         start = flown["pitch_reference_used"][0]
         for (time, limited), used in zip(said[1:], flown["pitch_reference_used"][:-1], strict=True):
             taken = asked if BEGIN < time - 0.5 * tick < BACK else start
@@ -113,7 +113,7 @@ def test_a_reference_within_the_envelope_is_used_as_it_is(squid: Packages) -> No
 
 @pytest.mark.parametrize("wanted", [0.1, 5.0])
 def test_a_speed_outside_the_range_is_its_end(squid: Packages, wanted: float) -> None:
-    """Through the loop's inputs: the speed goes to the end of the range, no faster than the thrusters can."""
+    """Through the loop's inputs: the speed goes to the end of the range, no faster than the thrusters allow."""
     controller = frozen(squid.folder)
     limits = controller["envelope"]["speed"]
     [least], [largest] = limits["range"]
@@ -151,7 +151,7 @@ def deep(run_squid: Run) -> Packages:
 @pytest.mark.parametrize("step", [10.0, 20.0, 30.0, 50.0, -10.0, -20.0, -30.0, -50.0])
 @pytest.mark.parametrize("speed", [1.5, 2.1])
 def test_a_depth_step_of_any_height_arrives(deep: Packages, step: float, speed: float) -> None:
-    """On a path that is no steeper than 30 deg, and without a loop or a way to the surface."""
+    """The path is no steeper than 30 deg, without a loop or a path to the surface."""
     begin = 20.0 + max(-step, 0.0)
     end = 5.0 + abs(step) / (speed * math.sin(10.0 * DEGREE)) + 40.0
 
@@ -223,7 +223,7 @@ def test_an_envelope_without_room_for_the_default_flight_is_said(
     assert done.returncode == 0, done.stderr
     said = " ".join((done.stdout + done.stderr).split())
     assert "which is less than the step of the default flight" in said
-    # Level flight, at -6 deg at the slowest speed, stays within what may be asked.
+    # Level flight, at -6 deg at the slowest speed, stays within the allowed references.
     controller = frozen(tmp_path / "out")
     least, largest = over_speed(controller, controller["envelope"]["pitch"]["range"])
     level = controller["trim"]["signals"]["pitch"]

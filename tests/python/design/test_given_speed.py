@@ -1,4 +1,4 @@
-"""A vehicle whose speed is given from outside: NPS AUV II in heave and pitch, from its file to its FMUs."""
+"""A vehicle with prescribed speed: NPS AUV II in heave and pitch, from its file to its FMUs."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def nps(run_squid: Run) -> Packages:
 
 
 class DivePlane:
-    """Heave and pitch of NPS AUV II, written by hand from Healey and Lienard (1993) with cross-flow drag by strips.
+    """Heave and pitch of NPS AUV II, written manually from Healey and Lienard (1993) with cross-flow drag by strips.
 
-    The combined lift has the Munk moment in it. The speed u follows the given one with a lag and pushes pitch by
+    The combined lift includes the Munk moment. The speed u follows the prescribed one with a lag and acts on pitch by
     `m z_G u'`.
     """
 
@@ -56,7 +56,7 @@ class DivePlane:
         return np.array([-np.sum(drag), np.sum(self.x * drag)])
 
     def rate(self, state: np.ndarray, given: float, delta: float) -> np.ndarray:
-        """Return u', w', q' and theta' at a given speed and a deflection."""
+        """Return u', w', q' and theta' at a prescribed speed and a deflection."""
         u, w, q, theta = state
         surge = (given - u) / LAG
         heave = self.z_w * u * w + (self.m + self.z_q) * u * q + self.m * self.z_g * q * q
@@ -84,7 +84,7 @@ def test_the_linear_model_is_that_of_the_dive_plane(run_squid: Run) -> None:
 
 
 def test_the_plant_moves_as_the_dive_plane(nps: Packages) -> None:
-    """A step of the planes while another speed is given: against an integration of equations of its own."""
+    """Step of the planes with a change of the prescribed speed, compared with an independent integration."""
     plane, delta, given = DivePlane(), 0.1, 2.1
     start = [1.2, 0.0, 0.0, 0.0]
     expected = solve_ivp(
@@ -109,7 +109,7 @@ def test_the_plant_moves_as_the_dive_plane(nps: Packages) -> None:
 
 
 def test_the_interfaces_know_whose_the_speed_is(nps: Packages) -> None:
-    """The plant takes the speed, the controller only measures it; what the importer must wire is what there is."""
+    """The plant takes the speed as an input, the controller only measures it; all required connections exist."""
     for fmu in (nps.plant, nps.controller, nps.loop):
         assert not validate_fmu(str(fmu))
     with Slave(nps.plant, "plant") as plant, Slave(nps.controller, "controller") as controller:
@@ -129,7 +129,7 @@ def test_the_interfaces_know_whose_the_speed_is(nps: Packages) -> None:
             "pitch_reference",
         }
         assert "speed" in plant.names("output")
-        # What acts along the hull has no effect, and is no parameter.
+        # Loads along the hull have no effect, and are not parameters.
         parameters = set(plant.names("parameter"))
         assert {"mass", "Z_uw", "M_uq"} <= parameters and not parameters & {"X_u", "X_uu", "drag_area"}
         plant.begin()
@@ -148,10 +148,10 @@ def test_coupled_is_the_same_flight(nps: Packages, fidelity: int) -> None:
     found = differences(loop, coupled)
     assert {"pitch", "speed", "depth", "stern_planes"} <= set(found)
     assert max(found.values()) <= AGREEMENT, found
-    # It flew: a pitch step of 3 degrees is held, while the given speed went from 1.1 to 2.1 m/s.
+    # A pitch step of 3 degrees is held, while the prescribed speed went from 1.1 to 2.1 m/s.
     assert loop["pitch"][-1] == pytest.approx(np.radians(3.0), abs=1e-3)
     assert (loop["speed"][0], loop["speed"][-1]) == pytest.approx((1.1, 2.1), abs=1e-6)
-    # The ramp of 1 m/s in 30 s is followed a lag late.
+    # The ramp of 1 m/s in 30 s is followed with the delay of the lag.
     behind = loop["speed_reference_used"] - loop["speed"]
     assert behind.max() == pytest.approx(LAG / 30.0, rel=0.05)
 
@@ -160,7 +160,7 @@ def test_the_proof_is_of_this_vehicle(run_squid: Run, nps: Packages) -> None:
     done = run_squid("verify", nps.loop, "--vehicle", NPS, "--verbose")
     assert done.returncode == 0, done.stderr
     assert "of the parameter in [-1, 1]" in done.stdout
-    # The scale of the pitch is verified with the vehicle's files alone.
+    # The scale of the pitch is verified only with the vehicle's files.
     certificate = nps.folder / "certificate.json"
     of = ("--vehicle", NPS)
     runs = [(nps.loop, *of), (certificate, *of), (nps.loop,), (certificate,)]

@@ -1,4 +1,4 @@
-"""The axis of heading of REMUS 100, and the turns of Squid, as the command, an importer of FMUs and a pilot see it."""
+"""The heading axis of REMUS 100, and turns of Squid: with the command, an importer of FMUs, and a pilot."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def packed(run_squid: Run) -> Path:
 
 
 def test_the_controller_is_packed_alone(run_squid: Run, packed: Path) -> None:
-    """It is a legal FMU whose proof can be repeated, and has the signals of its axis."""
+    """The FMU is valid, its proof can be verified, and it has the signals of its axis."""
     fmus = [path.name for path in packed.glob("*.fmu")]
     assert fmus == ["remus100_controller.fmu"] and not list(packed.glob("*.ssp"))
     fmu = packed / fmus[0]
@@ -50,7 +50,7 @@ class Vehicle:
         self.x, self.rudder = np.zeros(3), 0.0
 
     def advance(self, command: float, steps: int = 10, tick: float = 0.02) -> None:
-        """Fly a tick under a held command (rad)."""
+        """Simulate a tick under a held command (rad)."""
         for _ in range(steps):
             step = tick / steps
             self.rudder += step * (command - self.rudder) / 0.1
@@ -86,7 +86,7 @@ def test_it_turns_the_shorter_way_through_a_compass_that_wraps(
 
 
 def test_both_axes_fly_in_six_degrees_of_freedom(run_squid: Run, packed: Path, tmp_path: Path) -> None:
-    """A turn of 60 degrees with a depth step, in a current: what it does to each, and the loop of both in turns."""
+    """A turn of 60 degrees with a depth step, in a current: the effect on each axis, and the joint loop in turns."""
     assert packed.is_dir()
     words = ["simulate", REMUS100, "--current", "0.43,0.25", "--json"]
     done = run_squid(*words, "--out", tmp_path, timeout=900.0)
@@ -111,7 +111,7 @@ def test_both_axes_fly_in_six_degrees_of_freedom(run_squid: Run, packed: Path, t
 
 
 def test_squid_turns_by_two_of_its_thrusters(run_squid: Run, tmp_path: Path) -> None:
-    """Beside pitch steps of 10 degrees, within the 15 N that are kept for it; the others never yaw it."""
+    """Turns with pitch steps of 10 degrees stay within the 15 N reserved for them; other thrusters never yaw it."""
     both = ("--design", "heading")
     made = designed(run_squid, SQUID, *both)
     printed = (made / "design.txt").read_text(encoding="utf-8")
@@ -179,7 +179,7 @@ def test_what_takes_one_axis_says_which_there_are(run_squid: Run, tmp_path: Path
 
 
 def test_every_verb_takes_a_design_of_heading(run_squid: Run, tmp_path: Path) -> None:
-    """The report has no section that is about pitch, and records have the signals of the axis."""
+    """The report has no section on pitch, and records have the signals of the axis."""
     folder = designed(run_squid, REMUS100, *HEADING)
     for verb in (["export"], ["simulate"], ["report"], ["campaign", "--flights", "4"]):
         copy = tmp_path / verb[0] / "heading"

@@ -1,7 +1,7 @@
-"""A disturbance that takes the planes to their limit and is held there: REMUS 100 in a current, through its FMUs.
+"""A disturbance that saturates the planes and keeps them saturated: REMUS 100 in a current, with its FMUs.
 
-Where references did not yield, the autopilot of depth gave its speed away, and with it the force of the planes: in a
-current of 0.4 m/s downwards REMUS 100 sank from 20 to 44 m, at half its speed, and stayed there after the current.
+When references did not yield, the depth autopilot lost speed, and with it the force of the planes: in a downward
+current of 0.4 m/s REMUS 100 sank from 20 to 44 m, at half its speed, and stayed there after the current.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def deep(run_squid: Run) -> Packages:
 
 
 def fly(packages: Packages, speed: float, current: float, duration: float = DURATION) -> Signals:
-    """Hold a depth in a current downwards."""
+    """Hold a depth in a downward current."""
     saturated: list[tuple[float, float]] = []
     with (
         Slave(packages.plant, "plant", quiet=True) as plant,
@@ -58,7 +58,7 @@ def test_the_speed_is_kept_and_the_depth_comes_back(deep: Packages, speed: float
     assert flown["speed"][acting].min() > 0.9 * asked
     assert flown["depth"].max() < DEPTH + 6.0
     assert np.abs(flown["depth"][time > END + BACK] - DEPTH).max() < 0.02
-    # The planes stay at their limit, and the propeller does not brake meanwhile.
+    # The planes stay saturated, and the propeller does not brake meanwhile.
     held = flown["saturated"] > 0.0
     assert np.count_nonzero(held) * sample_time(deep) > 1.0
     assert flown["thrust"][held].min() >= 0.0 and not held[-1]
@@ -66,7 +66,7 @@ def test_the_speed_is_kept_and_the_depth_comes_back(deep: Packages, speed: float
 
 
 def test_a_state_in_the_middle_of_it_has_every_output(deep: Packages) -> None:
-    """Serialised while a reference yields and taken over by another instance: all outputs agree before a step."""
+    """Saved while a reference yields and restored in another instance: all outputs agree before a step."""
     with (
         Slave(deep.controller, "one", quiet=True) as one,
         Slave(deep.controller, "other", quiet=True) as other,

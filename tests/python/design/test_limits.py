@@ -1,7 +1,7 @@
-"""Flights to the limits: of the actuators, by the FMU of the whole loop, and of the scheduled range of speed.
+"""Simulations at the limits of the actuators, with the closed-loop FMU, and at the limits of the scheduled speeds.
 
-What is asked beyond the envelope is limited before it reaches the controller (test_envelope.py): actuators stay at
-their limits where they are weaker than the controller knows, and on the way where references jump.
+References beyond the envelope are limited before they reach the controller (test_envelope.py): actuators stay saturated
+if they are weaker than the controller knows, and temporarily if references jump.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ NEAR = 1.0 * DEGREE
 
 
 def there_and_back(packages: Packages, speed: float, height: float) -> Signals:
-    """Ask for a pitch at a constant speed for 39 s, and then for that of the trim again."""
+    """Request a pitch at a constant speed for 39 s, and then the trim pitch again."""
     values = {
         "pitch_step": height * DEGREE,
         "step_time": STEP_TIME,
@@ -38,7 +38,7 @@ def there_and_back(packages: Packages, speed: float, height: float) -> Signals:
 
 
 def pinned(packages: Packages, flown: Signals) -> float:
-    """Return how long some command is at its limit (s)."""
+    """Return the time for which any command is saturated (s)."""
     at = [(flown[name] <= low) | (flown[name] >= high) for name, (low, high) in limits(packages).items()]
     return float(np.count_nonzero(np.any(at, axis=0))) * sample_time(packages)
 
@@ -63,7 +63,7 @@ def test_it_comes_back_from_what_it_cannot_hold(
 def test_it_keeps_its_attitude_where_the_speed_reference_jumps_through_the_range(
     request: pytest.FixtureRequest, name: str, slower: bool
 ) -> None:
-    """The thrusters are at their limits for seconds, with a pitch step at the same time."""
+    """The thrusters are saturated for seconds, with a pitch step at the same time."""
     packages: Packages = request.getfixturevalue(name)
     design = json.loads((packages.folder / "controller.json").read_text(encoding="utf-8"))
     ends = sorted(design["scheduling"][key] for key in ("minimum", "maximum"))
@@ -79,7 +79,7 @@ def test_it_keeps_its_attitude_where_the_speed_reference_jumps_through_the_range
 
 
 def test_planes_are_asked_for_no_more_than_they_hold(remus100: Packages) -> None:
-    """They are at their limit on the way to the end of the envelope, and not while it is held."""
+    """The planes are saturated on the way to the end of the envelope, and not while it is held."""
     flown = there_and_back(remus100, 1.4, 30.0)
     assert 0.0 < pinned(remus100, flown) < 2.0
     held = (flown["time"] > STEP_TIME + 10.0) & (flown["time"] < STEP_END)
@@ -89,7 +89,7 @@ def test_planes_are_asked_for_no_more_than_they_hold(remus100: Packages) -> None
 
 
 def test_planes_that_are_too_weak_do_not_wind_the_controller_up(remus100: Packages) -> None:
-    """At 60 % of their limits, unknown to the controller, they cannot hold what the envelope allows."""
+    """At 60 % of their limits, unknown to the controller, the planes cannot hold what the envelope allows."""
     flown, at_limits = stuck(remus100, 0.6, 30.0, jumps=False)
     assert at_limits * END > 30.0, "the planes must be at their limit for most of the command"
     assert at_limits * END < STEP_END - STEP_TIME + BACK
@@ -99,10 +99,10 @@ def test_planes_that_are_too_weak_do_not_wind_the_controller_up(remus100: Packag
 
 
 def stuck(packages: Packages, share: float, height: float, *, jumps: bool = True) -> tuple[Signals, float]:
-    """Take a pitch step and back, actuators stuck at a share of their limits; jump through the range of speed besides.
+    """Simulate a pitch step and back with actuators limited to a fraction of their range, optionally with speed jumps.
 
-    Return the flight, and for which part of it some actuator is at what is left of its limits. The controller knows
-    the whole limits.
+    Return the record, and the fraction of time for which any actuator is at its reduced limit. The controller knows the
+    nominal limits only.
     """
     left = {name: (share * low, share * high) for name, (low, high) in limits(packages).items()}
     design = json.loads((packages.folder / "controller.json").read_text(encoding="utf-8"))
@@ -134,7 +134,7 @@ def stuck(packages: Packages, share: float, height: float, *, jumps: bool = True
 def test_actuators_that_stick_unknown_to_the_controller(
     request: pytest.FixtureRequest, name: str, height: float
 ) -> None:
-    """At 60 % of their limits: the vehicle does what it does with all of them, and is back as soon."""
+    """At 60 % of their limits the vehicle moves as with full limits, and recovers as fast."""
     packages: Packages = request.getfixturevalue(name)
     (whole, _), (weak, at_limits) = (stuck(packages, share, height) for share in (1.0, 0.6))
     assert at_limits > 0.02
@@ -157,10 +157,10 @@ def test_outside_the_range_of_speed_the_nearest_law_flies_and_says_so(
     end: float,
     flown_at: float,
 ) -> None:
-    """At rest in the water, by a following current, and faster than scheduled: rho stays at its end, flagged and shown.
+    """At rest in the water, in a following current, and above the range: rho stays at its end, with flag and warning.
 
-    There it is flown, not proved, on the way to the speed asked for, or to the end of the range if that is beyond; at
-    the end itself it may be said more than once.
+    Out there the loop is simulated, not proved, on the way to the requested speed or to the end of the range; at the
+    end itself the warning may repeat.
     """
     given: list[tuple[bool, float]] = []
     with Slave(squid.plant, "plant") as plant, Slave(squid.controller, "controller") as controller:

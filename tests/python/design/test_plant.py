@@ -1,4 +1,4 @@
-"""The plant: accuracy, step sizes, fidelities, instances side by side."""
+"""The plant: accuracy, step sizes, fidelities, parallel instances."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def vehicle_of(packages: Packages) -> reference.Vehicle:
 
 @pytest.mark.parametrize("speed", [0.7, 1.75, 2.9])
 def test_squid_moves_as_the_reference_does(squid: Packages, speed: float) -> None:
-    """60 s of thruster steps, saturation and a turning current, against SciPy's DOP853 at rtol 1e-10."""
+    """60 s of thruster steps, saturation and a turning current, compared with SciPy's DOP853 at rtol 1e-10."""
     found, travelled = differences(squid.plant, vehicle_of(squid), speed=speed)
     assert np.rad2deg(travelled) > 5.0, "the vehicle must have moved"
     assert found["pitch"] < PITCH_TOLERANCE, found
@@ -37,13 +37,13 @@ def test_remus100_moves_as_the_reference_does(remus100: Packages) -> None:
 
 
 def test_parameters_change_the_vehicle(squid: Packages) -> None:
-    """A coefficient set in the FMU does what it does in the reference."""
+    """A coefficient set in the FMU has the effect that it has in the reference."""
     found, _ = differences(squid.plant, vehicle_of(squid), parameters={"z_G": 0.02, "X_u_dot": -5.0})
     assert found["pitch"] < PITCH_TOLERANCE, found
 
 
 def push(packages: Packages, fraction: float) -> dict[str, float]:
-    """Return the commands of trim, the first actuator moved by a part of its range."""
+    """Return the trim commands with the first actuator moved by a fraction of its range."""
     with Slave(packages.plant, "trim") as plant:
         plant.begin()
         plant.ready()
@@ -56,7 +56,7 @@ def push(packages: Packages, fraction: float) -> dict[str, float]:
 
 @pytest.mark.parametrize("step", STEPS)
 def test_motion_does_not_depend_on_the_communication_step(packages: Packages, step: float) -> None:
-    """Held inputs: whatever the steps, multiples of anything or not, the vehicle ends in the same place."""
+    """Held inputs: the vehicle ends at the same state for all step sizes, multiples of the integrator's step or not."""
     commands = push(packages, 0.1)
     base = fly_alone(packages.plant, 20.0, 0.05, inputs=lambda _: commands)
     other = fly_alone(packages.plant, 20.0, step, inputs=lambda _: commands)
@@ -76,10 +76,10 @@ def small_and_large(packages: Packages, fidelity: int) -> tuple[np.ndarray, np.n
 
 
 def test_lpv_model_is_the_tangent(squid: Packages) -> None:
-    """Near the trim, both fidelities answer alike; far from it they do not.
+    """Near the trim both fidelities respond alike; far from it they do not.
 
-    A deviation of size d meets curvature of order d^2. What is left for small d is the residual of the polynomial
-    fit, below 1 % of A for order 2, so 2 % of the answer is allowed.
+    A deviation of size d has a curvature effect of order d^2. The remainder for small d is the residual of the
+    polynomial fit, below 1 % of A for order 2, so 2 % of the response is allowed.
     """
     small, large = small_and_large(squid, 1)
     small_lpv, large_lpv = small_and_large(squid, LPV)
@@ -90,7 +90,7 @@ def test_lpv_model_is_the_tangent(squid: Packages) -> None:
 
 
 def test_two_instances_do_not_touch_each_other(packages: Packages) -> None:
-    """Two plants with different settings, stepped in turn, fly as each does alone."""
+    """Two plants with different settings, stepped alternately, behave as each does alone."""
     commands = [push(packages, 0.02), push(packages, 0.1)]
     depths = [30.0, 45.0]
     alone = [
@@ -113,7 +113,7 @@ def test_two_instances_do_not_touch_each_other(packages: Packages) -> None:
 
 
 def test_current_carries_the_vehicle_along(squid: Packages) -> None:
-    """Flying in a current for the whole time only moves the vehicle over ground."""
+    """A constant current only moves the vehicle over ground."""
     commands = push(squid, 0.0)
     still = fly_alone(squid.plant, 20.0, 0.05, inputs=lambda _: commands)
     with Slave(squid.plant, "carried") as plant:

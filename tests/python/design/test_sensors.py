@@ -1,7 +1,7 @@
-"""Sensors that fail in flight, through the FMUs: what is flown without them, and how they come back.
+"""Sensor failures in flight, with the FMUs: behaviour without the sensor, and its recovery.
 
-Where nothing judged them, a depth that read 0 pitched REMUS 100 down by 66 deg, a speed of 0 gave full thrust,
-and a frozen pitch made it tumble.
+Without monitoring, a depth reading of 0 pitched REMUS 100 down by 66 deg, a speed reading of 0 gave full thrust, and a
+frozen pitch made it tumble.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def deep(run_squid: Run) -> Packages:
 
 @dataclass
 class Flown:
-    """A flight, one entry for each tick."""
+    """A record, with one entry for each tick."""
 
     time: np.ndarray
     values: dict[str, np.ndarray]
@@ -50,7 +50,7 @@ class Flown:
     measured: set[str]
 
     def during(self, start: float, end: float) -> np.ndarray:
-        """Say of each tick whether it is in a time (s)."""
+        """Return True for each tick within an interval of time (s)."""
         return (start - 1e-9 <= self.time) & (self.time < end - 1e-9)
 
     def change(self, tick: int) -> float:
@@ -58,7 +58,7 @@ class Flown:
         return float(np.abs(self.commands[tick] - self.commands[tick - 1]).max())
 
     def back(self) -> list[int]:
-        """Return the ticks in which a sensor is believed again."""
+        """Return the ticks in which a sensor is accepted again."""
         lost = self.status >= SPEED_LOST
         return [int(tick) for tick in np.flatnonzero(lost[:-1] & ~lost[1:]) + 1]
 
@@ -68,7 +68,7 @@ Fault = Callable[[float, dict[str, float]], dict[str, float]]
 
 
 def fly(packages: Packages, speed: float, fault: Fault, duration: float, *, step: bool = True) -> Flown:
-    """Fly a step with noise of the sensors and a fault."""
+    """Simulate a step with sensor noise and a fault."""
     random = np.random.default_rng(1)
     ranges = limits(packages)
     kept: dict[str, list[float]] = {name: [] for name in ("pitch", "speed", "depth")}
@@ -101,17 +101,17 @@ def fly(packages: Packages, speed: float, fault: Fault, duration: float, *, step
 
 
 def between(start: float, end: float, **values: float) -> Fault:
-    """Return a fault that puts values in the place of what is measured for a time."""
+    """Return a fault that replaces measurements during an interval."""
     return lambda time, _: values if start <= time < end else {}
 
 
 def invalid(start: float, end: float, name: str) -> Fault:
-    """Return a fault that says that a measurement is not valid for a time."""
+    """Return a fault that marks a measurement as invalid during an interval."""
     return lambda time, _: {f"{name}_valid": not start <= time < end}
 
 
 def frozen(start: float, end: float, *names: str) -> Fault:
-    """Return a fault that holds what was measured."""
+    """Return a fault that freezes measurements."""
     held: dict[str, float] = {}
 
     def fault(time: float, read: dict[str, float]) -> dict[str, float]:
@@ -125,7 +125,7 @@ def frozen(start: float, end: float, *names: str) -> Fault:
 
 
 def safe(packages: Packages) -> np.ndarray:
-    """Return the safe commands, as a share of the range of each actuator."""
+    """Return the safe commands, as a fraction of the range of each actuator."""
     design = json.loads((packages.folder / "controller.json").read_text(encoding="utf-8"))
     widths = [high - low for low, high in limits(packages).values()]
     return np.array(design["failsafe"]["safe"]) / widths
@@ -148,7 +148,7 @@ def test_noise_is_no_fault(each: Packages) -> None:
 
 @pytest.mark.parametrize("reads", ["zero", "frozen", "invalid"])
 def test_without_the_speed(each: Packages, reads: str) -> None:
-    """For 30 s, a step of the reference among them: the speed is kept within 20 %."""
+    """For 30 s, including a step of the reference: the speed is kept within 20 %."""
     fault = {
         "zero": between(10.0, 40.0, speed=0.0),
         "frozen": frozen(10.0, 40.0, "speed"),
@@ -168,7 +168,7 @@ def test_without_the_speed(each: Packages, reads: str) -> None:
 @pytest.mark.parametrize("step", [False, True])
 @pytest.mark.parametrize("reads", ["zero", "invalid"])
 def test_without_the_depth(deep: Packages, reads: str, step: bool) -> None:
-    """For 10 s: the depth is kept within 3 m, and the pitch of level flight within 5 deg; a dive ends level."""
+    """For 10 s: depth is kept within 3 m, and pitch within 5 deg of level flight; a dive ends level."""
     fault = {
         "zero": between(15.0, 25.0, depth=0.0),
         "invalid": invalid(15.0, 25.0, "depth"),
@@ -196,7 +196,7 @@ RATES = {
 
 @pytest.mark.parametrize("which", RATES)
 def test_without_the_rate_of_pitch(each: Packages, which: str) -> None:
-    """In a step: the commands are the safe ones within a second, nothing tumbles, and it takes over again."""
+    """During a step the commands reach the safe ones within a second, nothing tumbles, and control resumes later."""
     fault, found = RATES[which]
     for speed in each_speed(each):
         flown = fly(each, speed, fault, 60.0)
@@ -207,7 +207,7 @@ def test_without_the_rate_of_pitch(each: Packages, which: str) -> None:
         print(f"{speed:.2f} m/s: {np.abs(pitch).max() / DEGREE:.1f} deg")
         assert np.abs(pitch).max() < 35.0 * DEGREE
         assert [flown.change(tick) for tick in flown.back()] < [BACK] and len(flown.back()) == 1
-        # A design on depth has come up to its depth, or dives to it again.
+        # A depth design has come up to its depth, or dives to it again.
         wanted = 0.0 if "depth" in flown.measured else HEIGHT["pitch_reference"]
         assert abs(pitch[-1] - wanted) < 1.5 * DEGREE
 
@@ -218,7 +218,7 @@ def test_without_the_rate_of_pitch(each: Packages, which: str) -> None:
     ids=["wrong", "invalid"],
 )
 def test_without_pitch(each: Packages, fault: Fault, comes_back: bool) -> None:
-    """In a step: it is reckoned from its rate. One that was wrong has to agree while the vehicle pitches by 5 deg."""
+    """During a step pitch is integrated from its rate. A wrong sensor must agree while the vehicle pitches by 5 deg."""
     for speed in each_speed(each):
         flown, whole = fly(each, speed, fault, 60.0), fly(each, speed, lambda *_: {}, 60.0)
         assert (flown.status[flown.during(13.0, 25.0)] == RECKONED).all()
@@ -234,7 +234,7 @@ def test_without_pitch(each: Packages, fault: Fault, comes_back: bool) -> None:
 
 
 def test_masters_with_long_steps_are_no_fault(squid: Packages) -> None:
-    """Signals that come ten times a second, and the first ones far from the start values."""
+    """Signals arrive ten times a second, the first ones far from the start values."""
     with Slave(squid.controller, "controller") as controller:
         controller.begin()
         controller.ready()
@@ -248,7 +248,7 @@ def test_masters_with_long_steps_are_no_fault(squid: Packages) -> None:
 
 
 def test_no_derivatives_without_a_sensor(squid: Packages) -> None:
-    """Where the next tick does without one: it is said to be invalid, or jumps."""
+    """Derivatives are refused if the next tick lacks a sensor: it is marked invalid, or jumps."""
     with Slave(squid.controller, "controller", quiet=True) as controller:
         controller.begin()
         controller.ready()
@@ -268,7 +268,7 @@ def test_no_derivatives_without_a_sensor(squid: Packages) -> None:
 
 
 def test_a_state_restored_knows_its_sensors(squid: Packages) -> None:
-    """Saved while a sensor is lost, and continued: the same to the bit."""
+    """A state saved while a sensor is lost continues with the same bits."""
     with Slave(squid.controller, "controller") as controller:
         controller.begin()
         controller.ready()

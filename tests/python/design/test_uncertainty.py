@@ -1,4 +1,4 @@
-"""A vehicle of which nothing is said to be uncertain, and the robust controller of one whose coefficients are."""
+"""A vehicle without declared uncertainty, and the robust controller of one with uncertain coefficients."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.change
 
 
 def test_a_vehicle_without_uncertainty(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
-    """It designs, reports and packages; what asks for uncertainty is refused, and nothing is written."""
+    """Design, report and package succeed; requests for uncertainty are refused, and nothing is written."""
     packages = package(run_squid, quick_vehicle, tmp_path / "out")
     done = run_squid("report", quick_vehicle, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
@@ -32,7 +32,7 @@ def test_a_vehicle_without_uncertainty(run_squid: Run, quick_vehicle: Path, tmp_
 
 
 def test_gains_of_actuators_alone(run_squid: Run, tmp_path: Path) -> None:
-    """As a design begun by `squid tune` declares: none is dropped, and where none is left nothing is claimed."""
+    """Uncertain gains as declared by a design of `squid tune`: none is dropped; without any, nothing is claimed."""
     vehicle = Path(shutil.copytree(PITCHING, tmp_path / "remus100", ignore=shutil.ignore_patterns("frozen")))
     file = vehicle / "design.toml"
     design = file.read_text(encoding="utf-8").split("\n[uncertainty]\n")[0]
@@ -49,7 +49,7 @@ def test_gains_of_actuators_alone(run_squid: Run, tmp_path: Path) -> None:
 
 @pytest.mark.night
 def test_the_robust_controller_tolerates_more(run_squid: Run, tmp_path: Path) -> None:
-    """More at the same gain, proved; and a nominal design takes the robust one's files away."""
+    """The robust controller tolerates more at the same gain, proved; a nominal design removes its files."""
     made = designed(run_squid, PITCHING, "--robust")
     found = json.loads((made / "robust.json").read_text(encoding="utf-8"))
     assert found["robust_tolerated_fraction"] > 1.15 * found["nominal_tolerated_fraction"] > 0.0
@@ -96,9 +96,8 @@ def test_the_robust_controller_tolerates_more(run_squid: Run, tmp_path: Path) ->
 def assert_documented(found: dict) -> None:
     """Assert that docs/robust.md has these numbers of REMUS 100.
 
-    Within 1 %; what is said of the robust controller frozen at a speed within 5 %: a search that takes
-    turns ends elsewhere when rounding differs, by up to 3 % in the worst-case gain between two versions
-    of the solver.
+    The tolerance is 1 %; 5 % for the robust controller frozen at a speed: an alternating search ends elsewhere when
+    rounding differs, by up to 3 % in the worst-case gain between two versions of the solver.
     """
     page = (ROOT / "docs" / "robust.md").read_text(encoding="utf-8")
     summary = next(line for line in page.splitlines() if line.startswith("| REMUS 100 | "))

@@ -1,4 +1,4 @@
-"""The vehicles beside Squid and REMUS 100: designed, proved, packaged, flown, and moving as the reference does."""
+"""Vehicles other than Squid and REMUS 100: designed, proved, packaged, simulated, and moving as the reference does."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SPREAD = 0.01
 
 @pytest.fixture(scope="module", params=VEHICLES)
 def shipped(request: pytest.FixtureRequest, run_squid: Run) -> Packages:
-    """Return the FMUs of each vehicle in turn, designed and packaged in some 10 s."""
+    """Return the FMUs of each vehicle in turn, designed and packaged in about 10 s."""
     vehicle = ROOT / "vehicles" / request.param
     return kept(run_squid, in_pitch(vehicle) if (vehicle / "pitch.toml").is_file() else vehicle)
 
@@ -45,7 +45,7 @@ def test_the_gain_is_proved_and_is_that_of_the_table(shipped: Packages) -> None:
 
 
 def test_references_may_ask_for_twice_the_pitch_step(shipped: Packages) -> None:
-    """At every speed, up and down: the limits are those of the vehicle, not narrower than what the design flies."""
+    """At every speed, up and down: limits are those of the vehicle, and not narrower than the steps of the design."""
     controller, step = load(shipped, "controller.json"), load(shipped, "manoeuvre.json")["steps"]["pitch"]
     level = np.array(controller["trim"]["signals"]["pitch"])
     least, largest = (np.array(end) for end in controller["envelope"]["pitch"]["range"])
@@ -54,7 +54,7 @@ def test_references_may_ask_for_twice_the_pitch_step(shipped: Packages) -> None:
 
 @pytest.mark.parametrize("vehicle", [SQUID, PITCHING], ids=["squid", "remus100"])
 def test_actuator_use_is_that_of_the_table(vehicle: Path, run_squid: Run, tmp_path: Path) -> None:
-    """The worst of the steps at constant speeds, within 1 of 100."""
+    """Largest use over the steps at constant speeds, within 1 of 100."""
     row = next(line.split("|") for line in ROWS if f"`vehicles/{vehicle.name}`" in line)
     out = Path(shutil.copytree(designed(run_squid, vehicle), tmp_path / "out"))
     steps = json.loads(run_squid("simulate", vehicle, "--out", out, "--json").stdout)["steps"]
@@ -64,7 +64,7 @@ def test_actuator_use_is_that_of_the_table(vehicle: Path, run_squid: Run, tmp_pa
 
 
 def test_the_manoeuvre_is_flown_within_the_limits(shipped: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """A pitch step while the speed ramps: overshoot and steady error as asked of Squid at first, 10 % and 1 %."""
+    """Pitch step while the speed ramps: overshoot and steady error below 10 % and 1 %."""
     flown = fly_alone(shipped.loop, load(shipped, "manoeuvre.json")["duration"], sample_time(shipped))
     (found,) = figures_of(run_squid, flown, tmp_path)["pitch_steps"]
     assert found["overshoot"] < 0.10
@@ -75,7 +75,7 @@ def test_the_manoeuvre_is_flown_within_the_limits(shipped: Packages, run_squid: 
 
 
 def test_it_moves_as_the_reference_does(shipped: Packages) -> None:
-    """60 s of propeller steps, saturation and a turning current, against SciPy's DOP853 at rtol 1e-10."""
+    """60 s of propeller steps, saturation and a turning current, compared with SciPy's DOP853 at rtol 1e-10."""
     if shipped.vehicle not in SPEEDS:
         return
     vehicle = reference.read_vehicle(ROOT / "vehicles" / shipped.vehicle / "vehicle.toml")
@@ -86,7 +86,7 @@ def test_it_moves_as_the_reference_does(shipped: Packages) -> None:
 
 
 def test_a_vehicle_is_flown_astern(run_squid: Run, tmp_path: Path) -> None:
-    """BlueROV2 Heavy with its speeds turned round: all that is asked is met, and both FMUs and their loop fly it."""
+    """BlueROV2 Heavy with reversed speeds: all requirements are met, and both FMUs and their loop simulate it."""
     vehicle = Path(shutil.copytree(ROOT / "vehicles" / "bluerov2_heavy", tmp_path / "vehicle"))
     text = (vehicle / "design.toml").read_text(encoding="utf-8")
     astern = {"speed_min = 0.0": "-0.5", "speed_max = 0.5": "0.0"}

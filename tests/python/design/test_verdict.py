@@ -1,4 +1,4 @@
-"""What [require] asks and a design misses is reported, counted in the exit code, and looked for by `squid tune`."""
+"""Requirements in [require] that a design misses are reported, set the exit code, and are searched by `squid tune`."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ beyond_recovery = 20.0
 
 @pytest.fixture(scope="module")
 def hard(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return Squid with the design of the paper, which has three keys; more margin is asked, nothing is uncertain."""
+    """Return Squid with the paper's design, which has three keys, a larger required margin, and no uncertainty."""
     vehicle = tmp_path_factory.mktemp("hard") / "hard"
     vehicle.mkdir()
     shutil.copy(SQUID / "vehicle.toml", vehicle)
@@ -42,7 +42,7 @@ def hard(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_requirement_that_is_missed_is_told_and_counted(run_squid: Run, hard: Path, tmp_path: Path) -> None:
-    """The files are written all the same; the only thing that is missed is named, with what was found."""
+    """The files are written all the same; the only missed requirement is named, with the value found."""
     done = run_squid("design", hard, "--strict", "--no-advise", "--out", tmp_path / "out")
     assert done.returncode == MISSED, done.stderr
     assert "1 of 13 requirements MISSED" in done.stdout
@@ -59,7 +59,7 @@ def test_a_requirement_that_is_missed_is_told_and_counted(run_squid: Run, hard: 
 
 
 def test_advice_is_printed_and_kept(run_squid: Run, hard: Path, tmp_path: Path) -> None:
-    """It is in the row that is missed, of design.json and of the report, and what --json answers has it, too."""
+    """The advice is in the missed row of design.json and of the report, and in the answer of --json."""
     done = run_squid("design", hard, "--json", "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     figures = json.loads((tmp_path / "out" / "design.json").read_text("utf-8"))
@@ -77,7 +77,7 @@ def test_advice_is_printed_and_kept(run_squid: Run, hard: Path, tmp_path: Path) 
 
 
 def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:
-    """Few designs: the file that is written is commented, and gives the verdict that was printed."""
+    """Few designs: the written file is commented, and gives the verdict that was printed."""
     few = ("--designs", "2")
 
     def tune(vehicle: Path) -> None:

@@ -1,4 +1,4 @@
-"""`squid export` and `squid verify --c`: what they write, what they prove, and what they refuse."""
+"""`squid export` and `squid verify --c`: the files written, the proof, and refusals."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LAST = "t.status |= lost;\n    put_out(&t, out);\n    return code;\n}"
 
 @pytest.fixture(scope="module")
 def committed(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Exported:
-    """Return the source of the committed design; not to be changed."""
+    """Return the source of the committed design; it must not be changed."""
     folder = tmp_path_factory.mktemp("committed") / "c"
     done = run_squid("export", SQUID, "--out", FROZEN, "--to", folder, "--language", "c")
     assert done.returncode == 0, done.stderr
@@ -33,7 +33,7 @@ def committed(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Expor
 
 @pytest.fixture
 def copied(committed: Exported, tmp_path: Path) -> Exported:
-    """Return a copy that a test may spoil."""
+    """Return a copy that a test may modify."""
     return Exported(Path(shutil.copytree(committed.folder, tmp_path / "c")), committed.name)
 
 
@@ -121,7 +121,7 @@ def test_a_source_of_floats_is_proved(run_squid: Run, tmp_path: Path) -> None:
 
 
 def test_another_layout_is_the_same_source(copied: Exported, run_squid: Run) -> None:
-    """Space, comments, and the way in which numbers are written."""
+    """White space, comments, and the notation of numbers do not matter."""
     text = copied.source.read_text(encoding="utf-8")
     text = re.sub(r"/\*.*?\*/", "/* other words */", text, flags=re.DOTALL).replace("    ", "\t\n ")
     number = re.search(r"SCALE\[3\] = {\s*(0x\S+?),", text)[1]
@@ -171,7 +171,7 @@ def test_a_header_that_was_changed_is_reported(copied: Exported, run_squid: Run)
 
 
 def test_the_certificate_is_of_the_controller(copied: Exported, run_squid: Run) -> None:
-    """The design beside the source is changed along with it, as far as it can be."""
+    """The design next to the source is changed with it as far as possible."""
     path = copied.folder / "controller.json"
     design = json.loads(path.read_text(encoding="utf-8"))
     design["lft"]["A"][0][0] *= 1.0 + 1e-12
@@ -188,7 +188,7 @@ def test_what_is_not_beside_the_source_is_asked_for(copied: Exported, run_squid:
 
 
 def test_scales_of_another_vehicle_are_reported(copied: Exported, run_squid: Run) -> None:
-    """Without the vehicle, what the proof does not cover is taken from the design beside the source."""
+    """Without the vehicle, values that the proof does not cover are taken from the design next to the source."""
     done = run_squid("verify", "--c", copied.source, "--vehicle", PITCHING)
     assert done.returncode == 1 and "the vehicle file differs" in done.stderr
 

@@ -1,4 +1,4 @@
-"""The autopilot in C flies the vehicle: as the FMU does in double, nearly so in float; and what is missed or wrong."""
+"""The autopilot in C controls the vehicle: as the FMU in double, nearly so in float; missed ticks and wrong inputs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LARGEST_ERROR = {"commands": 2e-5, "rad": 1e-5, "m/s": 5e-5}
 def flown_by_c(
     packages: Packages, loop: Signals, tmp_path: Path, run_squid: Run, monkeypatch: pytest.MonkeyPatch
 ):
-    """Return a function that flies the coupled flight with the source in place of the controller's FMU."""
+    """Return a function that runs the coupled simulation with the source in place of the controller's FMU."""
 
     def fly(real: str) -> Signals:
         exported = Exported.of(run_squid, packages, tmp_path / real, "--real", real).without_noise()
@@ -49,7 +49,7 @@ def flown_by_c(
 
 @pytest.fixture
 def loop(packages: Packages) -> Signals:
-    """Return the default flight in one FMU."""
+    """Return the default simulation of the closed-loop FMU."""
     end = float(read_model_description(packages.loop).defaultExperiment.stopTime)
     return fly_alone(packages.loop, end, sample_time(packages))
 
@@ -70,7 +70,7 @@ def test_float_is_nearly_the_same(packages: Packages, flown_by_c) -> None:
 
 
 def test_missed_ticks_are_made_up_for_as_in_the_fmu(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """Three ticks at once with the newest inputs are one step of the FMU of three samples; without, nothing runs."""
+    """Three overdue ticks with the newest inputs equal one FMU step of three samples; without them nothing runs."""
     exported, ts = Exported.of(run_squid, squid, tmp_path).without_noise(), sample_time(squid)
     with Slave(squid.controller, "controller") as fmu:
         c = Shell(exported, {name: one.valueReference for name, one in fmu.variables.items()})
@@ -95,7 +95,7 @@ def test_missed_ticks_are_made_up_for_as_in_the_fmu(squid: Packages, run_squid: 
 def test_a_reference_that_is_no_number_changes_nothing(
     squid: Packages, run_squid: Run, tmp_path: Path, value: float
 ) -> None:
-    """Both refuse it, and go on as if it had not come."""
+    """Both refuse it, and continue as if it had not been set."""
     exported, ts = Exported.of(run_squid, squid, tmp_path).without_noise(), sample_time(squid)
     with Slave(squid.controller, "controller") as fmu:
         c = Shell(exported, {name: one.valueReference for name, one in fmu.variables.items()})

@@ -1,7 +1,7 @@
-"""The shells of docs/embedding around the autopilot of Squid, run against a fake clock, with faults.
+"""Shells of docs/embedding around the autopilot of Squid, run with a simulated clock and with faults.
 
-ROS 2 and DUNE are stood in for by `tests/embedded/stand_in`. The measurements are slow waves with a little noise:
-nothing is simulated, so that commands differ from flight to flight only by what a test changes.
+`tests/embedded/stand_in` replaces ROS 2 and DUNE. The measurements are slow waves with a little noise: the vehicle is
+not simulated, so that commands differ between runs only by the changes of a test.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ Change = Callable[[float, Heard], None]
 
 @dataclass(frozen=True)
 class Tick:
-    """What a shell did at one call of its timer, `time` after the first (s)."""
+    """Result of a shell at one call of its timer, `time` after the first (s)."""
 
     time: float
     commands: np.ndarray | None
@@ -59,7 +59,7 @@ class Shell:
     program: Path
 
     def fly(self, calls: Iterable[tuple[float, Heard]]) -> Flight:
-        """Call its timer at each time with what was heard since the last call."""
+        """Call the timer at each time with the messages since the last call."""
         calls, signals = list(calls), (*MEASURED, *WANTED, *APPLIED, "engaged")
         lines = [
             " ".join([repr(START + time), *(str(heard.get(signal, "-")) for signal in signals)])
@@ -75,7 +75,7 @@ class Shell:
 
 
 def read(called: tuple[float, Heard], answer: str) -> Tick:
-    """Read the answer to one call: all actuators are commanded within their limits, or none."""
+    """Parse the answer to one call: all actuators are commanded within their limits, or none."""
     published, *numbers = answer.split(maxsplit=6)
     commands, (status, said, *words) = np.array(numbers[:3], dtype=float), numbers[3:]
     if published == "0":
@@ -87,14 +87,14 @@ def read(called: tuple[float, Heard], answer: str) -> Tick:
 
 @dataclass(frozen=True)
 class Flight:
-    """What a shell did."""
+    """Results of a shell."""
 
     shell: Shell
     safe: np.ndarray
     ticks: list[Tick]
 
     def commands(self, begin: float = 0.0, end: float = math.inf) -> np.ndarray:
-        """Return the commands of a time (s), at each call of which all were published."""
+        """Return the commands of an interval (s); in it each call must have published all."""
         return np.array([tick.commands for tick in self.ticks if begin - 1e-9 <= tick.time < end - 1e-9])
 
     def largest_change(self, begin: float = 0.0) -> float:
@@ -102,11 +102,11 @@ class Flight:
         return np.abs(np.diff(self.commands(begin), axis=0)).max()
 
     def is_safe(self, begin: float, end: float = math.inf) -> bool:
-        """Say whether all commands of a time are what `squid_safe` says."""
+        """Return True if all commands of an interval are those of `squid_safe`."""
         return bool((np.abs(self.commands(begin, end) - self.safe) < 1e-4).all())
 
     def shows(self, bit: int, words: str, tick: int = -1) -> bool:
-        """Say whether a tick shows a fault: by a bit of the status, by the entity state, and in words."""
+        """Return True if a tick shows a fault by a bit of the status, by the entity state, and as text."""
         last = self.ticks[tick]
         status = last.status & bit if self.shell.name == "ros2_node" else last.status == ESTA_FAULT
         return bool(status) and words in last.words
@@ -124,7 +124,7 @@ def exported(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Export
 
 @pytest.fixture(scope="module", params=["ros2_node", "dune_task"])
 def shell(request: pytest.FixtureRequest, exported: Exported) -> Shell:
-    """Compile each shell in turn, and what drives it; no warning is allowed."""
+    """Compile each shell in turn, and its driver; no warning is allowed."""
     folder, name = exported.folder, request.param
     compiler = [program("g++", "g++"), *STRICT_CPP, f"-I{folder}", f"-I{DRIVERS / 'stand_in'}"]
     call(*compiler, "-c", "-o", folder / f"{name}.o", ROOT / "docs" / "embedding" / f"{name}.cpp")
@@ -134,7 +134,7 @@ def shell(request: pytest.FixtureRequest, exported: Exported) -> Shell:
 
 
 def both(one: Change, other: Change) -> Change:
-    """Let two faults come."""
+    """Combine two faults."""
 
     def change(time: float, heard: Heard) -> None:
         one(time, heard)
@@ -148,7 +148,7 @@ def unchanged(time: float, heard: Heard) -> None:
 
 
 def calls(until: float, change: Change = unchanged, period: float = TICK) -> list[tuple[float, Heard]]:
-    """Return what comes in each period until a time (s); `change` adds faults to it. The pilot engages at once."""
+    """Return the messages of each period until a time (s); `change` adds faults. The pilot engages at once."""
     noise, taken = random.Random(1), []
     for k in range(round(until / period)):
         time = k * period
@@ -166,7 +166,7 @@ def calls(until: float, change: Change = unchanged, period: float = TICK) -> lis
 
 
 def silent(*signals: str, begin: float = FAULT, end: float = math.inf) -> Change:
-    """Take signals away for a time (s)."""
+    """Remove signals during an interval (s)."""
 
     def change(time: float, heard: Heard) -> None:
         for signal in signals if begin <= time < end else ():
@@ -176,7 +176,7 @@ def silent(*signals: str, begin: float = FAULT, end: float = math.inf) -> Change
 
 
 def set_to(number: float, *signals: str, begin: float = FAULT, end: float = math.inf) -> Change:
-    """Set signals to a number for a time (s)."""
+    """Set signals to a number during an interval (s)."""
 
     def change(time: float, heard: Heard) -> None:
         heard.update(dict.fromkeys(signals, number) if begin <= time < end else {})
@@ -185,7 +185,7 @@ def set_to(number: float, *signals: str, begin: float = FAULT, end: float = math
 
 
 def waving(time: float, heard: Heard) -> None:
-    """Let the vehicle pitch by 2 degrees: so much that a sensor that is stuck differs from a slow one."""
+    """Let the vehicle pitch by 2 degrees, enough to distinguish a stuck sensor from a slow one."""
     heard["pitch"] += 0.035 * math.sin(0.5 * time)
     heard["pitch_rate"] += 0.0175 * math.cos(0.5 * time)
 
@@ -232,7 +232,7 @@ def test_commands_are_safe_after_the_pitch_rate_is_lost(shell: Shell, fault: Cha
 
 @pytest.mark.parametrize("stuck", [0.0, 0.01])
 def test_a_pitch_that_is_stuck_is_reckoned(shell: Shell, stuck: float) -> None:
-    """Its rate says that it should have moved."""
+    """The pitch rate shows that pitch should have changed."""
     flight = shell.fly(calls(15.0, both(waving, set_to(stuck, "pitch"))))
     assert flight.shows(LOST_PITCH, "pitch is lost: it is reckoned")
     assert not any(flight.is_safe(time, time + 1.0) for time in range(15))
@@ -240,7 +240,7 @@ def test_a_pitch_that_is_stuck_is_reckoned(shell: Shell, stuck: float) -> None:
 
 @pytest.mark.parametrize("number", [math.nan, math.inf])
 def test_flies_on_without_the_pitch(shell: Shell, number: float) -> None:
-    """Hardly otherwise than with it: it is reckoned from its rate."""
+    """Commands hardly change, because pitch is integrated from its rate."""
     flight = shell.fly(calls(15.0, both(waving, set_to(number, "pitch"))))
     whole = shell.fly(calls(15.0, waving))
     assert flight.shows(LOST_PITCH, "pitch is lost: it is reckoned")
@@ -265,7 +265,7 @@ def test_flies_on_without_the_speed(shell: Shell, fault: Change) -> None:
     "lost", [MEASURED, ("pitch", "pitch_rate"), ("speed",)], ids=["all", "pitch", "speed"]
 )
 def test_takes_over_without_a_jump_when_sensors_return(shell: Shell, lost: tuple[str, ...]) -> None:
-    """The first command is the last one; the next ones are as fast as the autopilot acts."""
+    """The first command is the last one; the next ones change as fast as the autopilot acts."""
     flight = shell.fly(calls(15.0, silent(*lost, end=10.0)))
     shown = (LOST_SPEED, "speed is lost") if lost == ("speed",) else (FAILED, "pitch rate is lost")
     taken = max(tick for tick in range(len(flight.ticks)) if flight.shows(*shown, tick)) + 1
@@ -281,7 +281,7 @@ def test_a_reference_that_falls_silent_is_kept(shell: Shell) -> None:
 
 
 def test_a_reference_that_is_no_number_is_not_taken(shell: Shell) -> None:
-    """Nor does it hide that a sensor falls silent."""
+    """A NaN reference does not hide that a sensor falls silent either."""
     wrong = [set_to(math.nan, wanted) for wanted in WANTED]
     flight, whole = shell.fly(calls(15.0, both(*wrong))), shell.fly(calls(15.0))
     assert np.array_equal(flight.commands(), whole.commands())
@@ -291,7 +291,7 @@ def test_a_reference_that_is_no_number_is_not_taken(shell: Shell) -> None:
 
 @pytest.mark.parametrize("period", [0.026, 0.034, 0.08])
 def test_missed_ticks_are_made_up_for(shell: Shell, period: float) -> None:
-    """The timer is too slow while the speed reference rises; else this takes longer."""
+    """The timer is too slow while the speed reference rises; otherwise this takes longer."""
     rise = set_to(1.6, "speed_reference", begin=1.0)
     whole, slow = shell.fly(calls(8.0, rise)), shell.fly(calls(8.0, rise, period))
     ticks = [tick for tick in slow.ticks if 1.0 < tick.time < 8.0 - TICK]
@@ -301,7 +301,7 @@ def test_missed_ticks_are_made_up_for(shell: Shell, period: float) -> None:
 
 
 def after_a_gap(shell: Shell, change: Change = unchanged) -> Flight:
-    """Miss all ticks of a gap. DUNE then calls once for each of them, and nothing more may come of that."""
+    """Miss all ticks of a gap. DUNE then calls once for each of them, which must have no effect."""
     steps = [step for step in calls(30.0, change) if not FAULT - 1e-9 <= step[0] < FAULT + GAP - 1e-9]
     if shell.name == "ros2_node":
         return shell.fly(steps)
@@ -313,7 +313,7 @@ def after_a_gap(shell: Shell, change: Change = unchanged) -> Flight:
 
 
 def test_begins_anew_after_a_gap_where_it_was(shell: Shell) -> None:
-    """The first command is the last one; the next ones are those of an autopilot that has no past."""
+    """The first command is the last one; the next ones are those of an autopilot without history."""
     flight, resumed = after_a_gap(shell), FAULT + GAP
     last, first = flight.commands(FAULT - TICK, FAULT)[0], flight.commands(resumed, resumed + TICK)[0]
     assert np.abs(first - last).max() < 0.5 and np.abs(last - flight.commands()[0]).max() > 5.0
@@ -324,7 +324,7 @@ def test_begins_anew_after_a_gap_where_it_was(shell: Shell) -> None:
 @pytest.mark.parametrize("lost", MEASURED)
 @pytest.mark.parametrize("fault", [silent, partial(set_to, math.nan)], ids=["silent", "NaN"])
 def test_knows_after_a_gap_what_is_lost(shell: Shell, fault: Callable[..., Change], lost: str) -> None:
-    """By the age of what is silent, at once; a number that is none refuses the reset."""
+    """The age of silent signals shows it at once; NaN makes the reset fail."""
     flight = after_a_gap(shell, fault(lost))
     if shell.name == "dune_task" and lost == "pitch" and fault is silent:
         lost = "pitch_rate"  # one message brings both
@@ -335,7 +335,7 @@ def test_knows_after_a_gap_what_is_lost(shell: Shell, fault: Callable[..., Chang
 
 
 def test_a_clock_that_jumps_back_does_no_harm(shell: Shell) -> None:
-    """Nor does it hide that the sensors fall silent then."""
+    """A clock that jumps back does not hide that the sensors fall silent then."""
     steps = calls(20.0, silent(*MEASURED, begin=12.0))
     back = [(time if time < FAULT else time - 50.0, heard) for time, heard in steps]
     flight, silence = shell.fly(back), round(12.0 / TICK)
@@ -346,7 +346,7 @@ def test_a_clock_that_jumps_back_does_no_harm(shell: Shell) -> None:
 
 
 def piloted(*spans: tuple[float, float]) -> Change:
-    """Engage only in these times (s); in between a pilot commands ever more."""
+    """Engage only during these intervals (s); in between a pilot commands increasing thrust."""
 
     def change(time: float, heard: Heard) -> None:
         heard["engaged"] = float(any(begin <= time < end for begin, end in spans))
@@ -357,7 +357,7 @@ def piloted(*spans: tuple[float, float]) -> Change:
 
 
 def pilot(time: float) -> np.ndarray:
-    """Return what the pilot commands (N)."""
+    """Return the commands of the pilot (N)."""
     return np.array([6.0, 5.0, 5.0]) + 0.2 * time
 
 
@@ -384,7 +384,7 @@ def test_engages_where_the_pilot_was(shell: Shell) -> None:
 
 
 def test_engages_without_what_is_applied(shell: Shell) -> None:
-    """It then begins as after a reset, however long it has waited."""
+    """The autopilot then starts as after a reset, however long it has waited."""
 
     def late(time: float, heard: Heard) -> None:
         heard["engaged"] = float(time >= FAULT)

@@ -1,4 +1,4 @@
-"""What docs/embedding.md says of the templates, which test_shells.py runs, and its example."""
+"""Statements of docs/embedding.md about the templates, which test_shells.py runs, and its example."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The autopilot in C against the controller's FMU, to the bit: here, on 64-bit ARM, and on a microcontroller."""
+"""The autopilot in C against the controller's FMU, bit for bit: on this machine, 64-bit ARM, and a microcontroller."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ LARGEST = {
 
 @pytest.fixture(scope="module", params=["double", "float"])
 def real(request: pytest.FixtureRequest) -> str:
-    """Return each type of numbers in turn."""
+    """Return each number type in turn."""
     return request.param
 
 
@@ -37,7 +37,7 @@ def real(request: pytest.FixtureRequest) -> str:
 def exported(
     squid: Packages, run_squid: Run, tmp_path_factory: pytest.TempPathFactory, real: str
 ) -> Exported:
-    """Return the autopilot of Squid with numbers of a type; not to be changed."""
+    """Return the autopilot of Squid with a number type; it must not be changed."""
     return Exported.of(run_squid, squid, tmp_path_factory.mktemp(real), "--real", real)
 
 
@@ -62,7 +62,7 @@ def against_fmu(exported: Exported, packages: Packages, folder: Path) -> subproc
 
 
 def test_every_bit_is_that_of_the_fmu(packages: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """Through resets, speeds out of range, limits of commands and references, lost sensors, and what is no number."""
+    """Resets, speeds out of range, limits of commands and references, lost sensors, and NaN."""
     exported = Exported.of(run_squid, packages, tmp_path / "c")
     done = against_fmu(exported, packages, tmp_path)
     assert done.returncode == 0, done.stderr
@@ -75,7 +75,7 @@ def test_every_bit_is_that_of_the_fmu(packages: Packages, run_squid: Run, tmp_pa
 
 
 def test_the_comparison_sees_the_last_bit(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """A number of the source is changed by its last digit."""
+    """One number of the source is changed by its last digit."""
     exported = Exported.of(run_squid, squid, tmp_path / "c")
     text = exported.source.read_text(encoding="utf-8")
     changed, count = re.subn(r"HALF_RANGE = (\S+);", r"HALF_RANGE = \1 + \1 * 0x1p-52;", text)
@@ -87,7 +87,7 @@ def test_the_comparison_sees_the_last_bit(squid: Packages, run_squid: Run, tmp_p
 
 @pytest.mark.night
 def test_the_same_bits_on_arm(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """Where every compiler would fuse a product and a sum into one rounding."""
+    """On ARM every compiler would fuse a product and a sum into one rounding."""
     exported = Exported.of(run_squid, squid, tmp_path / "c")
     expected = call(exported.program(tmp_path, gcc(), "hash"), TICKS)
     of_arm = exported.program(tmp_path, clang("-target", f"aarch64-linux-gnu.{platforms.GLIBC}"), "hash")
@@ -99,7 +99,7 @@ def test_the_same_bits_on_arm(squid: Packages, run_squid: Run, tmp_path: Path) -
 
 @pytest.mark.night
 def test_runs_on_a_microcontroller(exported: Exported, real: str, tmp_path: Path) -> None:
-    """The same bits on a Cortex-M4, where double is arithmetic of the compiler; within the memory that is stated."""
+    """The same bits on a Cortex-M4, where double is emulated by the compiler, within the stated memory."""
     emulator = program("qemu-system-arm", "qemu-system-arm")
     expected = call(exported.program(tmp_path, gcc(), "hash"), TICKS_OF_M4)
     script = ["-T", DRIVERS / "m4.ld", "-Wl,--no-warn-rwx-segments", "-lgcc"]
@@ -151,7 +151,7 @@ def test_a_header_of_cpp(exported: Exported, tmp_path: Path) -> None:
 @pytest.mark.skipif(machine() != "x86_64", reason="the instructions are those of x86-64")
 @pytest.mark.parametrize("compiler", [gcc, clang])
 def test_no_product_and_sum_are_fused(exported: Exported, compiler, tmp_path: Path) -> None:
-    """Not even where the compiler may and the processor can; without the pragma it does."""
+    """Products and sums are not fused although compiler and processor could; without the pragma they are."""
     text = exported.source.read_text(encoding="utf-8")
     without = "\n".join(line for line in text.splitlines() if not line.startswith("#pragma"))
 

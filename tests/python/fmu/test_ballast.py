@@ -1,4 +1,4 @@
-"""Loads from outside, dropped weights and buoyancy engines, in the FMUs as packaged."""
+"""External loads, dropped weights and buoyancy engines, in the FMUs as packaged."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_the_model_description_lists_them(packages: Packages, kind: str) -> None
 
 
 def test_the_motion_is_that_of_independent_equations(packages: Packages) -> None:
-    """A load, a weight that is dropped off the centre of gravity, and a volume that is pumped out."""
+    """A load, a weight dropped off the centre of gravity, and a volume that is pumped out."""
     name = packages.plant.stem.removesuffix("_plant")
     vehicle = reference.read_vehicle(ROOT / "vehicles" / name / "vehicle.toml")
     start = reference.trim(vehicle, 1.75, 50.0)
@@ -76,7 +76,7 @@ def test_the_motion_is_that_of_independent_equations(packages: Packages) -> None
 
 @pytest.mark.parametrize("kind", ["plant", "loop"])
 def test_derivatives_are_differences_of_the_rates(packages: Packages, kind: str) -> None:
-    """Also with another weight than at the start. Forces enter linearly: the difference is exact but for rounding."""
+    """The derivatives hold for a changed weight, too. Forces enter linearly: the difference is exact up to rounding."""
     with started(getattr(packages, kind)) as slave:
         unknowns = slave.references(RATES)
         before = {}
@@ -99,7 +99,7 @@ def test_derivatives_are_differences_of_the_rates(packages: Packages, kind: str)
 
 
 def test_level_more_weight_is_a_force_down(squid: Packages) -> None:
-    """At level attitude, but for its mass: the same force on the mass of both."""
+    """At level attitude more weight equals a force down, except for its mass."""
     with started(squid.plant, x_G=0.0) as plant:
         slope = plant.get("pitch")
         more = 0.05 * plant.get("weight")
@@ -131,7 +131,7 @@ def test_level_more_weight_is_a_force_down(squid: Packages) -> None:
 
 
 def bent(slave: Slave, begin: float) -> list[float]:
-    """Fly on with a load that changes, and drop more on the way; return every output after every step."""
+    """Continue with a changing load, and drop more weight; return every output after every step."""
     values = []
     for step in range(25):
         slave.set("external_moment", 0.05 * (step % 7))
@@ -200,7 +200,7 @@ def test_bad_values_are_refused_in_a_sentence_and_the_flight_goes_on(
 
 
 def holding(packages: Packages, speed: float, dropped: float) -> tuple[Signals, Callable[[str], float]]:
-    """Hold the depth at a speed (m/s), and drop a part of the weight at its centre of gravity."""
+    """Hold the depth at a speed (m/s), and drop a fraction of the weight at its centre of gravity."""
     with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
         plant.begin({"initial_speed": speed})
         controller.begin()
@@ -239,7 +239,7 @@ def test_depth_is_held_when_a_weight_is_dropped(deep: Packages, speed: float) ->
 
 
 def test_slow_planes_cannot_hold_a_lighter_vehicle(deep: Packages) -> None:
-    """The limit is one of level flight: below 1.56 m/s no trim of the lighter vehicle is within that of the planes."""
+    """Level flight sets the limit: below 1.56 m/s no trim of the lighter vehicle is within the limits of the planes."""
     weight, mass = ((1.0 - DROPPED) * value for value in weight_and_mass(deep))
 
     def has_trim(speed: float) -> bool:
@@ -277,7 +277,7 @@ def weight_and_mass(packages: Packages) -> tuple[float, float]:
 
 
 def test_the_loop_holds_as_well(deep: Packages) -> None:
-    """Weight and load are variables of the loop, too: the same flight but for rounding."""
+    """Weight and load are variables of the closed loop, too: the same result up to rounding."""
     flown, _ = holding(deep, 1.8, DROPPED)
     with Slave(deep.loop, "loop") as loop:
         speed = 1.8

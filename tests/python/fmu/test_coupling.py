@@ -1,4 +1,4 @@
-"""Plant and controller coupled by a master, against both in one FMU."""
+"""Plant and controller coupled by a master, compared with both in one FMU."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def couple_like(packages: Packages, loop: Signals, **values: float) -> Signals:
 
 @pytest.mark.parametrize("fidelity", [1, 2])
 def test_coupled_is_the_same_flight(packages: Packages, fidelity: int) -> None:
-    """By the nonlinear equations and by the LPV model, which stands about the trim of the wanted speed."""
+    """The results agree for the nonlinear equations and for the LPV model at the reference speed."""
     loop = fly_alone(packages.loop, 40.0, sample_time(packages), {"fidelity": fidelity})
     coupled = couple_like(packages, loop, fidelity=fidelity)
     found = differences(loop, coupled)
@@ -46,7 +46,7 @@ def test_coupled_is_the_same_flight(packages: Packages, fidelity: int) -> None:
 
 
 def test_coupled_is_the_same_flight_in_six_degrees_of_freedom(turning: Packages) -> None:
-    """Two certificates, one flight: a turn by 10 degrees beside a depth step, from a heading of its own."""
+    """The results agree for two axes: a turn by 10 degrees with a depth step, from a given heading."""
     start = {"initial_heading": 0.7}
     loop = fly_alone(turning.loop, 40.0, sample_time(turning), start)
     found = differences(loop, couple_like(turning, loop, **start))
@@ -57,9 +57,9 @@ def test_coupled_is_the_same_flight_in_six_degrees_of_freedom(turning: Packages)
 
 
 def test_it_is_the_flight_of_the_command(turning: Packages, run_squid: Run) -> None:
-    """`squid simulate` flies both axes without FMI; on the ramp of speed it records the flight.
+    """`squid simulate` simulates both axes without FMI, and records the manoeuvre with the ramp of speed.
 
-    Here in the waves of a file, of which the FMU has the numbers.
+    The sea is that of a file, whose numbers the FMU has as parameters.
     """
     sea = turning.folder / "sea.toml"
     waves = {"height": 0.5, "period": 6.0, "gamma": 3.3, "heading": 60.0}
@@ -84,7 +84,7 @@ def test_it_is_the_flight_of_the_command(turning: Packages, run_squid: Run) -> N
 
 
 def test_actuators_without_lag(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
-    """Their outputs are the commands, from the first row on."""
+    """Outputs of actuators without lag equal the commands from the first row on."""
     vehicle = Path(shutil.copytree(quick_vehicle, tmp_path / "vehicle"))
     file = vehicle / "vehicle.toml"
     text, count = re.subn(
@@ -110,7 +110,7 @@ SENSOR = """      "pitch_rate": {
 
 
 def measuring_the_pitch_rate(design: str) -> str:
-    """Give a frozen design a further input, the pitch rate, without any effect; numbers stay as they are written."""
+    """Give a frozen design the pitch rate as an unused input; numbers keep their notation."""
     further = {"signal": "pitch_rate", "kind": "measurement", "unit": "rad/s", "scale": 0.1}
     inputs = [*json.loads(design)["controller_inputs"], further]
 
@@ -131,7 +131,7 @@ def measuring_the_pitch_rate(design: str) -> str:
 
 @pytest.fixture(scope="module")
 def by_errors(squid_by_errors: Path, run_squid: Run) -> Packages:
-    """Return the FMUs of Squid with a design whose controller takes in errors alone."""
+    """Return the FMUs of Squid with a design whose controller uses tracking errors only."""
     return kept(run_squid, squid_by_errors)
 
 
@@ -139,7 +139,7 @@ def by_errors(squid_by_errors: Path, run_squid: Run) -> Packages:
 def with_pitch_rate(
     by_errors: Packages, squid_by_errors: Path, run_squid: Run, tmp_path_factory: pytest.TempPathFactory
 ) -> Packages:
-    """Return the same with the pitch rate as a further input."""
+    """Return the same FMUs with the pitch rate as an additional input."""
     folder, stored = tmp_path_factory.mktemp("second"), tmp_path_factory.mktemp("stored")
     for path in by_errors.folder.glob("*.json"):
         shutil.copy(path, stored)
@@ -180,7 +180,7 @@ def test_measurements_of_a_design_are_inputs(
 def test_a_measurement_without_effect_changes_no_flight(
     by_errors: Packages, with_pitch_rate: Packages
 ) -> None:
-    """In one loop and under the master, which passes it on."""
+    """The results agree in one loop and with the master, which passes the measurement."""
     loop = fly_loop(by_errors, sample_time(by_errors))
     for flown in (
         fly_loop(with_pitch_rate, sample_time(with_pitch_rate)),
@@ -190,7 +190,7 @@ def test_a_measurement_without_effect_changes_no_flight(
 
 
 def test_the_comparison_can_fail(squid: Packages) -> None:
-    """A reference that comes one sample late is seen."""
+    """A reference that comes one sample late is detected."""
     loop = fly_loop(squid, sample_time(squid))
     late = dict(loop)
     for name in ("pitch_reference_used", "speed_reference_used"):
@@ -200,7 +200,7 @@ def test_the_comparison_can_fail(squid: Packages) -> None:
 
 
 def test_inputs_override_the_manoeuvre(packages: Packages) -> None:
-    """The manual inputs, fed with the manoeuvre's references, give the manoeuvre's flight."""
+    """The manual inputs, fed with the manoeuvre's references, give the manoeuvre's result."""
     tick = sample_time(packages)
     loop = fly_loop(packages, tick)
     references = references_in(loop)
@@ -217,7 +217,7 @@ def test_inputs_override_the_manoeuvre(packages: Packages) -> None:
 
 @pytest.mark.parametrize("step", [0.01, 0.1, 0.00999999999999934, 1 / 3, 0.0171])
 def test_loop_does_not_depend_on_the_communication_step(squid: Packages, step: float) -> None:
-    """Ticks fall at multiples of the sample time, whatever the importer's step; compared where both report."""
+    """Ticks are at multiples of the sample time for any step of the importer; compared where both have rows."""
     base = fly_loop(squid, sample_time(squid))
     other = fly_loop(squid, step)
     ends = {name: abs(base[name][-1] - other[name][-1]) / max(1.0, abs(base[name][-1])) for name in base}

@@ -1,4 +1,4 @@
-"""Thrusters that take something else than a thrust: Sparus II with the measured curve of a T200, and a square law."""
+"""Thrusters with other commands than thrust: Sparus II with the measured curve of a T200, and a square law."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ STEP = {"pitch_step": -0.15, "step_time": 5.0, "step_end": 30.0}
 
 @pytest.fixture(scope="module")
 def plain(run_squid: Run) -> Packages:
-    """Return the FMUs of Sparus II as it is shipped."""
+    """Return the FMUs of Sparus II as shipped."""
     return kept(run_squid, SPARUS)
 
 
 @pytest.fixture(scope="module")
 def curved_vehicle(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return Sparus II with a T200 as its vertical thruster and a square law for the axial ones, its limits kept."""
+    """Return Sparus II with a T200 as vertical thruster and a square law for the axial ones, with unchanged limits."""
     vehicle = tmp_path_factory.mktemp("curved") / "sparus2"
     vehicle.mkdir()
     (vehicle / "design.toml").write_text(
@@ -60,18 +60,18 @@ def curved_vehicle(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def curved(curved_vehicle: Path, run_squid: Run) -> Packages:
-    """Return its FMUs."""
+    """Return the FMUs of that vehicle."""
     return kept(run_squid, curved_vehicle)
 
 
 @pytest.fixture(scope="module")
 def flown(curved: Packages) -> Signals:
-    """Return the flight of its loop."""
+    """Return the simulation of its closed loop."""
     return fly_alone(curved.loop, 60.0, sample_time(curved), STEP)
 
 
 def thrust(curved_vehicle: Path, flown: Signals) -> dict[str, np.ndarray]:
-    """Return what the commands of a flight ask for, by the independent curves."""
+    """Return the thrusts that the commands request, by an independent evaluation of the curves."""
     actuators = reference.read_vehicle(curved_vehicle / "vehicle.toml").actuators
     return {one.name: np.array([one.asked(command) for command in flown[one.name]]) for one in actuators}
 
@@ -96,7 +96,7 @@ def test_the_fmus_say_what_they_take(curved: Packages) -> None:
 
 
 def test_the_controller_is_the_same(plain: Packages, curved: Packages) -> None:
-    """It is designed and proved for thrusts."""
+    """The controller is designed and proved for thrusts."""
     one, other = (
         json.loads((packages.folder / "controller.json").read_text(encoding="utf-8"))
         for packages in (plain, curved)
@@ -108,7 +108,7 @@ def test_the_controller_is_the_same(plain: Packages, curved: Packages) -> None:
 def test_the_flight_is_the_same_but_for_rounding(
     plain: Packages, flown: Signals, curved_vehicle: Path
 ) -> None:
-    """Curve after inverse gives the thrust, in the dead band too: it is where the thrust is zero, and no wider."""
+    """Inverse and curve cancel, also in the dead band, in which the thrust is zero and which is no wider."""
     straight = fly_alone(plain.loop, 60.0, sample_time(plain), STEP)
     found = between(straight, flown)
     left = {name: value for name, value in found.items() if name not in ("axial", "vertical")}
@@ -140,7 +140,7 @@ def test_the_plant_moves_as_the_reference_does(curved: Packages, curved_vehicle:
 
 
 def test_at_rest_it_commands_the_middle_of_the_dead_band(curved: Packages) -> None:
-    """The plant gives no thrust for any command in the band, and starts with that of its trim outside of it."""
+    """The plant gives no thrust for any command in the band, and starts with the trim command outside of it."""
     with Slave(curved.plant, "plant") as plant:
         plant.begin()
         plant.ready()
@@ -170,7 +170,7 @@ def test_figures_and_plot_are_of_thrusts(
 def test_a_controller_for_other_commands_is_refused(
     curved: Packages, curved_vehicle: Path, run_squid: Run, tmp_path: Path
 ) -> None:
-    """A frozen design whose curve was edited is not that of the vehicle."""
+    """A frozen design with an edited curve does not match the vehicle."""
     folder = tmp_path / "out"
     folder.mkdir()
     for path in curved.folder.glob("*.json"):

@@ -1,4 +1,4 @@
-"""What no validator catches in a model description, checked on the XML as packaged."""
+"""Properties of the packaged model descriptions that validators do not check."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_units_are_defined_in_base_units(root: ElementTree.Element) -> None:
 
 
 def test_declared_types_agree_with_the_variables(root: ElementTree.Element) -> None:
-    """A tool may take unit and limits from the type or from the variable (section 2.2.3): they are the same."""
+    """A tool may take unit and limits from the type or from the variable (section 2.2.3): they agree."""
     types = {one.attrib["name"]: one[0] for one in root.findall("TypeDefinitions/SimpleType")}
     used, typed = set(), Counter()
     for variable in variables(root):
@@ -114,7 +114,7 @@ def test_declared_types_agree_with_the_variables(root: ElementTree.Element) -> N
 
 
 def test_every_start_value_is_where_the_standard_wants_it(root: ElementTree.Element) -> None:
-    """The table in section 2.2.7: inputs and what is exact have one, what is calculated has none."""
+    """Table in section 2.2.7: inputs and exact values have a start value, calculated ones do not."""
     allowed = {
         "parameter": {("fixed", "exact"), ("tunable", "exact")},
         "input": {("continuous", None), ("discrete", None)},
@@ -130,7 +130,7 @@ def test_every_start_value_is_where_the_standard_wants_it(root: ElementTree.Elem
 
 
 def test_indices_stand_in_order(root: ElementTree.Element) -> None:
-    """Section 2.2.8: dependencies are ordered by size, and are given wherever their kinds are."""
+    """Section 2.2.8: dependencies are ordered by index, and are present wherever their kinds are."""
     checked = 0
     for kind in ("Outputs", "Derivatives", "InitialUnknowns"):
         for unknown in unknowns(root, kind):
@@ -231,7 +231,7 @@ def plug(fmu: Path) -> ElementTree.Element:
 
 
 def test_one_gesture_wires_plant_and_controller(packages: Packages) -> None:
-    """The plugs name the same members, and each is an output on one side and an input of the same unit on the other."""
+    """The plugs name the same members, each an output on one side and an input of the same unit on the other."""
     ends = [plug(fmu) for fmu in (packages.plant, packages.controller)]
     members = [{one.get("memberName"): one.get("variableName") for one in end} for end in ends]
     assert list(members[0]) == list(members[1])

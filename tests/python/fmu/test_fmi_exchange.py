@@ -1,4 +1,4 @@
-"""Model exchange: FMPy's own solver flies plant and loop as the FMUs themselves do, to its tolerance."""
+"""Model exchange: FMPy's solver simulates plant and loop as the FMUs themselves do, within its tolerance."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MOTION = (
 
 
 def flown(fmu: Path, kind: str, stop_time: float = 10.0, **options: object) -> NDArray[np.void]:
-    """Fly ten seconds or more; of the two rows at an event the one before it counts, as in co-simulation."""
+    """Simulate ten seconds or more; of the two rows at an event the one before it is kept, as in co-simulation."""
     names = {v.name for v in read_model_description(fmu).modelVariables}
     motion = [name for name in MOTION if name in names]
     rows = simulate_fmu(
@@ -80,7 +80,7 @@ def agrees(packages: Packages, water: dict[str, float]) -> None:
 
 
 def test_solvers_look_beyond_the_stop_time(squid: Packages, monkeypatch: pytest.MonkeyPatch) -> None:
-    """CVode does, which is why `fmi2SetTime` takes such times; the flight itself ends at the stop time."""
+    """CVode evaluates beyond the stop time, so `fmi2SetTime` accepts such times; the result ends at the stop time."""
     asked = []
     take = FMU2Model.setTime
 
@@ -124,7 +124,7 @@ def test_a_current_that_comes_suddenly_is_no_jump_of_a_state(squid: Packages) ->
 
 
 def test_states_and_rates_are_those_of_the_variables(squid: Packages, tmp_path: Path) -> None:
-    """fmi2GetDerivatives and fmi2GetReal of the derivatives tell the same, in the order of ModelStructure."""
+    """fmi2GetDerivatives and fmi2GetReal of the derivatives agree, in the order of ModelStructure."""
     folder = extract(squid.plant, tmp_path)
     description = read_model_description(folder)
     fmu = FMU2Model(

@@ -1,4 +1,4 @@
-"""States, directional derivatives and odd steps, through the C ABI of the FMUs as packaged."""
+"""Saved states, directional derivatives and unusual steps, through the C ABI of the packaged FMUs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST = {"plant": 0.06, "controller": 1.0, "loop": 0.06}
 
 
 def ready(packages: Packages, kind: str, name: str = "one") -> Slave:
-    """Return an instance that has begun to fly."""
+    """Return an instance that has run for a while."""
     slave = Slave(getattr(packages, kind), name)
     slave.begin()
     slave.ready()
@@ -25,13 +25,13 @@ def ready(packages: Packages, kind: str, name: str = "one") -> Slave:
 
 
 def outputs(slave: Slave) -> dict[str, float]:
-    """Return every output as it is, the status and what is limited among them."""
+    """Return every output, including status and limits."""
     kinds = ("Real", "Boolean", "Enumeration")
     return {name: slave.get(name) for kind in kinds for name in slave.names("output", kind)}
 
 
 def fly_on(slave: Slave, kind: str, begin: float) -> list[float]:
-    """Fly half a second with an input that moves; return every output after every step."""
+    """Simulate half a second with a changing input; return every output after every step."""
     values = []
     for step in range(25):
         slave.set(MOVED[kind], MOST[kind] * ((step + 2) % 7) / 6.0)
@@ -64,7 +64,7 @@ def test_a_state_goes_on_to_the_bit(packages: Packages, kind: str) -> None:
 def test_a_foreign_or_damaged_state_is_refused(
     squid: Packages, remus100: Packages, capsys: pytest.CaptureFixture[str], kind: str
 ) -> None:
-    """Whatever is wrong with the bytes, the message says so, and the instance flies on."""
+    """The message states what is wrong with the bytes, and the instance continues."""
     with ready(squid, kind) as first, ready(remus100, kind) as other:
         state = first.fmu.getFMUstate()
         stored = first.fmu.serializeFMUstate(state)
@@ -84,7 +84,7 @@ def test_a_foreign_or_damaged_state_is_refused(
 
 
 def test_the_plants_derivatives_are_those_of_its_motion(packages: Packages) -> None:
-    """The columns of the Jacobian at trim, against differences of the rates."""
+    """Columns of the Jacobian at trim, compared with finite differences of the derivatives."""
     with ready(packages, "plant") as plant:
         reference = {name: variable.valueReference for name, variable in plant.variables.items()}
         rates = [f"der({name})" for name in ("surge_over_ground", "heave_over_ground", "pitch_rate", "pitch")]
@@ -126,7 +126,7 @@ def test_the_controllers_derivatives_are_those_of_its_first_commands(packages: P
 
 @pytest.mark.parametrize("kind", ["plant", "loop"])
 def test_an_input_on_a_ramp_is_the_limit_of_stairs(squid: Packages, kind: str) -> None:
-    """One step of a second with the rate of the current, against a thousand with the current held."""
+    """One step of a second with the rate of the current, compared with a thousand steps of held current."""
     rate, pieces = 0.2, 1000
     with ready(squid, kind) as ramp, ready(squid, kind, "two") as stairs:
         reference = ramp.variables["current_vertical"].valueReference
@@ -160,7 +160,7 @@ NEARLY_A_HUNDREDTH = (0.01, 0.00999999999999934, 0.010000000000000009)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("size", [*NEARLY_A_HUNDREDTH, 0.01 / 3.0, 1.0 / 7.0, 5.0])
 def test_steps_of_any_size_fly_alike(squid: Packages, kind: str, size: float) -> None:
-    """Ten seconds in steps as importers send them, against one of ten seconds."""
+    """Ten seconds in steps as importers send them, compared with one step of ten seconds."""
     end = 10.0
     with ready(squid, kind) as cut, ready(squid, kind, "two") as whole:
         for slave in (cut, whole):

@@ -1,4 +1,4 @@
-"""Importers that round upward, trap floating-point exceptions, give little stack, or read the format of messages."""
+"""Importers that round upward, trap floating-point exceptions, have a small stack, or use messages as formats."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_flies_the_same(
 
 
 def test_messages_are_formats_of_themselves(squid: Packages, host: Path, tmp_path: Path) -> None:
-    """The host prints them with `vfprintf`: a `%` comes out once, and is no conversion."""
+    """The host prints messages with `vfprintf`: a `%` appears once, and is not a conversion."""
     unpacked = Unpacked.of(squid.loop, tmp_path / "loop")
     words = [host, unpacked.binary(OWN), "100 %s", f"file://{unpacked.folder}/resources", "0.02", "1", "1"]
     done = subprocess.run(list(map(str, words)), capture_output=True, text=True, timeout=60, check=False)

@@ -1,8 +1,8 @@
-"""Importers other than FMPy fly the FMUs, each in a process of its own, and arrive where FMPy does.
+"""Importers other than FMPy simulate the FMUs, each in its own process, with the results of FMPy.
 
-All couple plant and controller in parallel, as most masters do: each FMU steps with what the others put out at the last
-communication point, so that the plant hears each command one communication step late. That flight differs from the one
-in squid.fmu (`test_coupling.py` has the master that does not); here the importers are to agree with one another.
+All couple plant and controller in parallel, as most masters do: each FMU steps with the outputs of the others at the
+last communication point, so that each command reaches the plant one communication step late. The result differs from
+that of squid.fmu (`test_coupling.py` has a master that does not delay); here the importers must agree with one another.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def fmipp() -> list[str | Path]:
 
 @pytest.fixture(params=[*NAMES, *(pytest.param(name, marks=pytest.mark.night) for name in COMPILED_HERE)])
 def importer(request: pytest.FixtureRequest) -> list[str | Path]:
-    """Return the command of each importer in turn; a plan comes after it."""
+    """Return the command of each importer in turn; the plan follows as an argument."""
     if request.param == "fmi-crate":
         return [request.getfixturevalue("fmi_crate")]
     if request.param in ("fmu-runner", "fmi-rs"):
@@ -91,7 +91,7 @@ def importer(request: pytest.FixtureRequest) -> list[str | Path]:
 
 
 def by_fmpy(plan: Mapping) -> Signals:
-    """Fly a plan by FMPy."""
+    """Simulate a plan with FMPy."""
     rows = []
     with ExitStack() as stack:
         slaves = {name: stack.enter_context(Slave(Path(path), name)) for name, path in plan["fmus"].items()}
@@ -133,7 +133,7 @@ def packages(all_packages: Packages) -> Packages:
 
 
 def loop_plan(packages: Packages) -> dict:
-    """Return the flight of the FMU that holds both: its own manoeuvre."""
+    """Return the plan for the closed-loop FMU with its own manoeuvre."""
     return {
         "fmus": {"loop": str(packages.loop)},
         "values": {},
@@ -146,7 +146,7 @@ def loop_plan(packages: Packages) -> dict:
 
 
 def coupled_plan(packages: Packages) -> dict:
-    """Return the flight of plant and controller from trim to a constant pitch, or to a depth and a heading."""
+    """Return the plan for plant and controller from trim to a constant pitch, or to a depth and a heading."""
     with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
         measured, actuators = shared(plant, controller), shared(controller, plant)
         plant.begin({"initial_speed": 1.5})
@@ -204,21 +204,21 @@ def test_an_importer_that_cannot_fly_is_seen(
 
 
 def test_one_plug_stands_for_all_connections(packages: Packages, tmp_path: Path) -> None:
-    """A tool that knows terminals wires plant and controller by one line."""
+    """A tool that supports terminals connects plant and controller by one line."""
     plan = {**coupled_plan(packages), "plugs": [("plant.autopilot", "controller.vehicle")]}
     found = record.differences(by_fmpy(plan), fly(of_pypi("container"), plan, tmp_path))
     assert max(found.values()) <= AGREEMENT, found
 
 
 def by_euler(importer: Path, packages: Packages, refined: int, folder: Path) -> float:
-    """Return how far the flight of the loop by model exchange, in steps of Euler's method, is from co-simulation."""
+    """Return the difference between model exchange with Euler's method and co-simulation of the loop."""
     plan = {**loop_plan(packages), "step": 0.002 / refined, "count": 15_000 * refined, "every": 50 * refined}
     plan["out"] = str(folder / "exchange.csv")
     path = folder / "plan.json"
     path.write_text(json.dumps(plan), encoding="utf-8")
     subprocess.run([importer, path], check=True, timeout=120)
     found, expected = record.read(Path(plan["out"])), by_fmpy({**loop_plan(packages), "every": 5})
-    # Before and after an event there is a row each.
+    # An event has one row before and one after it.
     last = [np.flatnonzero(np.abs(found["time"] - 0.1 * k) < 1e-9)[-1] for k in range(1, 300)]
     at_ends = {name: found[name][last] for name in plan["record"]}
     return max(record.differences({name: expected[name][:299] for name in plan["record"]}, at_ends).values())
@@ -228,7 +228,7 @@ def by_euler(importer: Path, packages: Packages, refined: int, folder: Path) -> 
 def test_model_exchange_arrives_where_co_simulation_does(
     other_crates: Path, packages: Packages, tmp_path: Path
 ) -> None:
-    """The ticks are time events; what differs is the error of Euler's method, in proportion to its step."""
+    """The ticks are time events; the difference is the error of Euler's method, proportional to its step."""
     coarse, fine = (by_euler(other_crates / "exchange-fmi-rs", packages, n, tmp_path) for n in (1, 4))
     assert coarse < 1e-3
     assert 3.5 < coarse / fine < 4.5
@@ -238,7 +238,7 @@ def test_model_exchange_arrives_where_co_simulation_does(
 def test_model_exchange_with_step_control(
     fmipp: list[str | Path], packages: Packages, tmp_path: Path
 ) -> None:
-    """FMI++ with the method of Dormand and Prince, which finds its own steps and stops at each tick."""
+    """FMI++ with the method of Dormand and Prince, which controls its steps and stops at each tick."""
     plan = loop_plan(packages)
     found = fly(fmipp, {**plan, "interface": "model exchange"}, tmp_path)
     apart = record.differences(by_fmpy(plan), found)
@@ -265,7 +265,7 @@ C_TYPES = {
 
 
 def c_type(rust: str) -> str:
-    """Return the type of C that a type of the export macro stands for."""
+    """Return the C type for a type of the export macro."""
     rust = rust.strip()
     if rust.startswith("*const "):
         return f"{c_type(rust[7:])} const *"
@@ -273,7 +273,7 @@ def c_type(rust: str) -> str:
 
 
 def exported() -> dict[str, str]:
-    """Return the prototype in C of each function that the macro `fmi2::export!` exports."""
+    """Return the C prototype of each function that the macro `fmi2::export!` exports."""
     sources = (ROOT / "crates" / "fmi2" / "src" / "abi").glob("*.rs")
     text = "\n".join(path.read_text(encoding="utf-8") for path in sorted(sources))
     rows = re.findall(r"(fmi2\w+) = \w+::\w+\s*\(([^)]*)\);", text)
@@ -282,7 +282,7 @@ def exported() -> dict[str, str]:
     found += [(name, arguments, result or "()") for name, arguments, result in apart]
     prototypes = {}
     for name, arguments, result in found:
-        # An enumeration that no Rust type may stand for, since an importer may send anything; it passes as an int.
+        # An enumeration that Rust cannot represent, since an importer may send any value; it is passed as an int.
         arguments = arguments.replace("fmu_type: c_int", "fmu_type: Type")
         types = [c_type(argument.split(":", 1)[1]) for argument in arguments.split(",") if argument.strip()]
         prototypes[name] = f"{c_type(result)} {name}({', '.join(types) or 'void'});"

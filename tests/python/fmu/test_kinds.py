@@ -1,4 +1,4 @@
-"""FMUs of one interface: what `squid package --kind` writes, what importers of one interface make of it, and CasADi."""
+"""FMUs with one interface: output of `squid package --kind`, importers with one interface, and CasADi."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_an_fmu_of_a_kind_flies_as_one_of_both(
 def test_the_other_interface_is_refused_in_a_sentence(
     by_kind: dict[str, Packages], kind: str, tmp_path: Path, capfd: pytest.CaptureFixture
 ) -> None:
-    """Also of an importer that does not read what the model description offers."""
+    """The call is refused even if the importer does not read which interfaces the model description offers."""
     importer, other = {"cs": (FMU2Model, "model exchange"), "me": (FMU2Slave, "co-simulation")}[kind]
     for name in FMUS[kind]:
         fmu = getattr(by_kind[kind], name)
@@ -116,7 +116,7 @@ def test_an_unknown_kind_is_refused(run_squid: Run, tmp_path: Path) -> None:
 
 
 class Plant:
-    """The plant in model exchange by FMPy, in continuous-time mode, at its start values."""
+    """The plant in model exchange with FMPy, in continuous-time mode, at its start values."""
 
     def __init__(self, fmu: Path, folder: Path) -> None:
         unpacked = extract(fmu, folder)
@@ -156,7 +156,7 @@ class Plant:
 def test_casadi_evaluates_and_integrates(
     by_kind: dict[str, Packages], squid: Packages, kind: str, tmp_path: Path
 ) -> None:
-    """It sets the states by fmi2SetReal."""
+    """CasADi sets the states by fmi2SetReal."""
     fmu = (squid if kind == "both" else by_kind["me"]).plant
     plant = Plant(fmu, tmp_path / "fmpy")
     start = np.array(plant.values(plant.states))

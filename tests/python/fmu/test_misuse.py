@@ -72,7 +72,7 @@ def test_misuse_is_refused_in_a_sentence(squid: Packages, kind: str, case: str) 
 
 
 def test_a_refused_call_changes_nothing(squid: Packages) -> None:
-    """After a refusal the instance goes on as if the call had not been made."""
+    """After a refusal the instance continues as if the call had not been made."""
     with Slave(squid.loop, "patient") as loop, Slave(squid.loop, "left alone") as other:
         for slave in (loop, other):
             slave.begin()

@@ -1,4 +1,4 @@
-"""FMUs with binaries for several platforms: what the binaries ask of a system, and that all fly the same."""
+"""FMUs with binaries for several platforms: requirements of the binaries, and equal results."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ SYSTEM_LIBRARIES = {
 ARM_LIBRARIES = Path("/usr/aarch64-linux-gnu")
 WINDOWS_API_SETS = "api-ms-win-"
 MACHINES = {"linux64": "EM_X86_64", "aarch64-linux": "EM_AARCH64"}
-# A guard against code that the FMUs do not need: a TOML parser or a solver takes more than what is left.
+# Guard against code that the FMUs do not need: a TOML parser or a solver takes more than the remaining space.
 LARGEST = {"plant": 1_060_000, "controller": 950_000, "loop": 1_480_000}
 KINDS = ["plant", "controller", "loop"]
 FOLDERS = list(platforms.TARGETS)
@@ -116,7 +116,7 @@ def test_linux_binaries_ask_for_little(unpacked: dict[str, Unpacked], kind: str,
 def test_the_main_job_needs_no_newer_glibc_than_all_platforms(
     packages: Packages, kind: str, tmp_path: Path
 ) -> None:
-    """However new that of this machine is."""
+    """The requirement does not depend on the glibc of this machine."""
     binary = Unpacked.of(getattr(packages, kind), tmp_path).binary(platforms.here())
     with binary.open("rb") as file:
         versions = glibc_versions(ELFFile(file))
@@ -124,7 +124,7 @@ def test_the_main_job_needs_no_newer_glibc_than_all_platforms(
 
 
 def glibc_versions(elf: ELFFile) -> list[tuple[int, ...]]:
-    """Return the versions of the C library whose symbols a binary asks for."""
+    """Return the versions of the C library that a binary requires."""
     sections = [section for section in elf.iter_sections() if isinstance(section, GNUVerNeedSection)]
     names = [
         auxiliary.name for section in sections for _, more in section.iter_versions() for auxiliary in more
@@ -134,7 +134,7 @@ def glibc_versions(elf: ELFFile) -> list[tuple[int, ...]]:
 
 @pytest.mark.night
 def test_windows_binaries_ask_for_little(unpacked: dict[str, Unpacked], kind: str) -> None:
-    """Above all not bcryptprimitives.dll, whence Rust's HashMap takes its seeds: Wine before 9 has none."""
+    """In particular not bcryptprimitives.dll, which seeds Rust's HashMap: Wine before 9 lacks it."""
     binary = pefile.PE(str(unpacked[kind].binary("win64")))
     assert binary.FILE_HEADER.Machine == pefile.MACHINE_TYPE["IMAGE_FILE_MACHINE_AMD64"]
     imported = {entry.dll.decode().lower() for entry in binary.DIRECTORY_ENTRY_IMPORT}
@@ -149,7 +149,7 @@ def test_windows_binaries_ask_for_little(unpacked: dict[str, Unpacked], kind: st
 def test_macos_library_is_one_for_both_processors_and_asks_for_little(
     unpacked: dict[str, Unpacked], kind: str
 ) -> None:
-    """No Mac was at hand: this is what the file says of itself, not that it runs."""
+    """No Mac was available: this checks the file headers, not that the library runs."""
     headers = mach_headers(unpacked[kind].binary("darwin64"))
     assert {CPU_TYPE_NAMES[header.header.cputype] for header in headers} == {"x86_64", "ARM64"}
     for header in headers:
@@ -162,19 +162,19 @@ def test_macos_library_is_one_for_both_processors_and_asks_for_little(
             elif load.cmd == LC_BUILD_VERSION:
                 oldest.append((command.platform, command.minos >> 16, command.minos >> 8 & 0xFF))
         (own,) = named[LC_ID_DYLIB]
-        # Of either processor: what does not belong together would have been joined unnoticed.
+        # The name must be that of the right library for either processor: mixed libraries could be joined unnoticed.
         assert own == f"@rpath/libfmu_{kind.replace('loop', 'squid')}_library.dylib"
         assert "/usr/lib/libSystem.B.dylib" in named[LC_LOAD_DYLIB]
         assert set(named[LC_LOAD_DYLIB]) <= SYSTEM_LIBRARIES["darwin64"]
         assert named[LC_RPATH] == []
         assert oldest == [(PLATFORM_MACOS, *map(int, platforms.MACOS.split(".")))]
-        # A processor of Apple runs nothing unsigned; the linker signs for it without a name.
+        # Apple's processors run only signed code; the linker signs ad hoc.
         is_signed = LC_CODE_SIGNATURE in {load.cmd for load, _, _ in header.commands}
         assert is_signed or CPU_TYPE_NAMES[header.header.cputype] == "x86_64"
 
 
 def mach_headers(binary: Path) -> list[MachOHeader]:
-    """Return what a library for macOS says for each of its processors."""
+    """Return the header of a macOS library for each of its processors."""
     return MachO(str(binary)).headers
 
 
@@ -215,7 +215,7 @@ def test_binaries_stay_small(unpacked: dict[str, Unpacked], kind: str, folder: s
 
 
 def plan_of(kind: str, unpacked: Unpacked) -> Plan:
-    """Return a flight in which every part of an FMU is busy."""
+    """Return a plan in which every part of an FMU is active."""
     if kind == "loop":
         return Plan({}, 0.02, 3000, 50)
     if kind == "controller":
@@ -226,7 +226,7 @@ def plan_of(kind: str, unpacked: Unpacked) -> Plan:
 
 @pytest.fixture(scope="session")
 def here(unpacked: dict[str, Unpacked], host: Path) -> Callable[[str], Signals]:
-    """Return a function that flies a kind of FMU on this machine, once."""
+    """Return a function that simulates a kind of FMU on this machine, once."""
     own = platforms.HERE[(sys.platform, machine())]
     return cache(lambda kind: unpacked[kind].flight([host], own, plan_of(kind, unpacked[kind])))
 
@@ -235,7 +235,7 @@ def here(unpacked: dict[str, Unpacked], host: Path) -> Callable[[str], Signals]:
 def cross(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], Path]:
     """Return a function that compiles the importer for another platform with Zig, stripped as the FMUs are.
 
-    For what is not stripped Zig compiles the C library of Windows once more, in a minute.
+    For unstripped programs Zig compiles the C library of Windows once more, which takes a minute.
     """
     folder = tmp_path_factory.mktemp("cross")
     zig = [platforms.tools().python, "-m", "ziglang", "cc", "-s", "-target"]
@@ -246,7 +246,7 @@ def cross(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], Path
 def windows(
     cross: Callable[[str, str], Path], tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[list[str | Path], dict[str, str]]:
-    """Return the command that runs the importer on Windows, or what stands in for it, and its variables."""
+    """Return the command that runs the importer on Windows or Wine, and its variables."""
     host = cross("x86_64-windows-gnu", "host.exe")
     if sys.platform == "win32":
         return [host], {}

@@ -1,4 +1,4 @@
-"""A limit on the rate of an actuator: REMUS 100 with planes of 60 deg/s, an example, in its FMUs."""
+"""Rate limit of an actuator: REMUS 100 with planes of 60 deg/s, an example, in its FMUs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ OUTPUT, DERIVATIVE = "stern_planes_output", "der(stern_planes_output)"
 
 
 def ready(packages: Packages, name: str = "one") -> Slave:
-    """Return a plant that has begun to fly."""
+    """Return a plant that has run for a while."""
     plant = Slave(packages.plant, name)
     plant.begin()
     plant.ready()
@@ -37,7 +37,7 @@ def test_the_fmus_are_valid_and_say_it(rate_limited: Packages, remus100: Package
 
 
 def test_the_plant_moves_as_the_reference_does(rate_limited: Packages, tmp_path: Path) -> None:
-    """Steps of the planes there and back, within their limits and beyond, against SciPy's DOP853."""
+    """Steps of the planes there and back, within and beyond their limits, compared with SciPy's DOP853."""
     vehicle = reference.read_vehicle(with_rate(tmp_path / "remus100") / "vehicle.toml")
     assert vehicle.actuators[1].rate == pytest.approx(RATE)
     start = reference.trim(vehicle, 1.8, 20.0)
@@ -55,7 +55,7 @@ def test_the_plant_moves_as_the_reference_does(rate_limited: Packages, tmp_path:
 
 
 def test_its_derivatives_are_exact_on_both_sides(rate_limited: Packages) -> None:
-    """The rate follows command and output up to its limit, and neither beyond."""
+    """The rate depends on command and output below its limit, and on neither at the limit."""
     with ready(rate_limited) as plant:
         reference_of = {name: variable.valueReference for name, variable in plant.variables.items()}
         now = plant.get(OUTPUT)
@@ -76,7 +76,7 @@ def test_its_derivatives_are_exact_on_both_sides(rate_limited: Packages) -> None
 
 
 def test_a_state_goes_on_to_the_bit(rate_limited: Packages) -> None:
-    """Saved while the planes run at their rate, and restored in another instance."""
+    """Saved while the planes move at their maximum rate, and restored in another instance."""
 
     def fly_on(plant: Slave) -> list[float]:
         values = []

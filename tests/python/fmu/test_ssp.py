@@ -1,8 +1,8 @@
-"""The system of plant and controller as SSP: legal by the schema, and flown by tools that read it.
+"""The system of plant and controller as SSP: valid by the schema, and simulated by tools that read it.
 
 These tools step all components in parallel and exchange signals after the step, so that a command reaches the plant one
 communication step after the tick that computed it. `squid.fmu`, and a master that steps the controller first, have no
-such delay. The flights differ by an amount in proportion to the communication step; the tests show both.
+such delay. The results differ in proportion to the communication step; the tests show both.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def test_obeys_the_schema(ssp: Path) -> None:
 
 
 def test_variants_have_names_of_their_own(ssp: Path) -> None:
-    """SSP 1.0 selects among variants by the name of the description; OMSimulator refuses two of one name."""
+    """SSP 1.0 selects variants by the name of the description; OMSimulator refuses two with one name."""
     named = {file: root.get("name") for file, root in structures(ssp).items()}
     assert len(set(named.values())) == len(named) == 6
     default = named.pop("SystemStructure.ssd")
@@ -86,7 +86,7 @@ def test_variants_have_names_of_their_own(ssp: Path) -> None:
 
 
 def test_tells_omsimulator_the_step(packages: Packages, ssp: Path) -> None:
-    """One communication step a sample, in the place where OMSimulator reads it."""
+    """One communication step per sample, at the location where OMSimulator reads it."""
     for root in structures(ssp).values():
         (annotation,) = root.iterfind("ssd:System/ssd:Annotations/ssc:Annotation", NAMES)
         assert annotation.get("type") == "org.openmodelica"
@@ -105,7 +105,7 @@ def test_the_schema_can_be_broken(ssp: Path) -> None:
 
 
 def test_names_what_it_holds(packages: Packages, ssp: Path) -> None:
-    """Every source is in the archive, and the FMUs are those beside it, to the byte."""
+    """Every source is in the archive, and the FMUs are those next to it, to the byte."""
     with zipfile.ZipFile(ssp) as archive:
         for root in structures(ssp).values():
             sources = {element.get("source") for element in root.iter() if element.get("source")}
@@ -121,7 +121,7 @@ def units_of(root: etree._Element) -> dict[str, dict[str, str]]:
 
 
 def test_every_number_has_a_unit(packages: Packages, ssp: Path) -> None:
-    """Connectors and start values have the units of the FMUs, and each file defines just those that it names."""
+    """Connectors and start values have the units of the FMUs, and each file defines exactly those that it uses."""
     descriptions = {"plant": packages.plant, "controller": packages.controller}
     variables = {
         component: {one.name: one for one in read_model_description(fmu).modelVariables}
@@ -169,7 +169,7 @@ def test_wires_every_measurement_and_every_actuator(packages: Packages, ssp: Pat
 
 
 def test_parameter_sets_are_trims(packages: Packages, ssp: Path) -> None:
-    """Each variant starts in the trim of its speed, and asks for a step of pitch or depth above it."""
+    """Each variant starts in the trim of its speed, with a step of pitch or depth above it as reference."""
     for variant in variants(ssp):
         at_plant, at_controller = values(ssp, "plant", variant), values(ssp, "controller", variant)
         assert f"speed_{at_plant['initial_speed']:.3f}" == variant
@@ -185,7 +185,7 @@ def test_parameter_sets_are_trims(packages: Packages, ssp: Path) -> None:
 
 
 def in_one_fmu(packages: Packages, variant: str, ssp: Path) -> Signals:
-    """Fly the flight of a variant by the FMU that holds both, which steps the controller first."""
+    """Simulate a variant with the closed-loop FMU, which steps the controller first."""
     at_plant, at_controller = values(ssp, "plant", variant), values(ssp, "controller", variant)
     speed = at_plant["initial_speed"]
     wanted = {name: value for name, value in at_controller.items() if name.endswith("_reference")}
@@ -206,7 +206,7 @@ def by_tool(
     folder: Path,
     recorded: Sequence[str] = ("pitch", "speed", "depth", "distance"),
 ) -> Signals:
-    """Fly the system by a tool that reads SSP; a row every 0.1 s."""
+    """Simulate the system with a tool that reads SSP; one row every 0.1 s."""
     plan = {
         "ssp": str(ssp),
         "instances": ["plant", "controller"],
@@ -227,7 +227,7 @@ def tool(request: pytest.FixtureRequest) -> list[str | Path]:
 
 
 def test_flies_as_in_one_fmu(tool: list[str | Path], packages: Packages, ssp: Path, tmp_path: Path) -> None:
-    """To 3e-3 at one communication step a sample, then in proportion to the step: all that differs is the delay."""
+    """To 3e-3 at one communication step per sample, then in proportion to the step: only the delay differs."""
     variant = variants(ssp)[DEFAULT]
     tick = sample_time(packages)
     whole = in_one_fmu(packages, variant, ssp)

@@ -1,4 +1,4 @@
-"""A flight of each FMU under Valgrind: no error, no leak; and FMUs unpacked where importers really unpack them."""
+"""Simulation of each FMU under Valgrind without errors or leaks, and FMUs unpacked in unusual folders."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ UNUSUAL = ["with space", "prozent%20kodiert", "Fähre-Ünïcode-航行", "a+b&c;
 
 
 def valgrind(*words: str | Path) -> list[str | Path]:
-    """Return a command under Valgrind; errors and whatever is not freed end it with `ERROR`."""
+    """Return a command under Valgrind; errors and leaks end it with `ERROR`."""
     found = program("valgrind", "valgrind")
     return [
         found,
@@ -91,7 +91,7 @@ def test_flies_from_unusual_folders(squid: Packages, kind: str, name: str, unpac
 def test_flies_from_a_folder_that_cannot_be_written(
     squid: Packages, kind: str, tmp_path: Path, host: Path
 ) -> None:
-    """Nothing is written beside binary or resources: the folder is the same before and after, and may be read-only."""
+    """Nothing is written next to binary or resources: the folder does not change, and may be read-only."""
     unpacked = Unpacked.of(getattr(squid, kind), tmp_path / kind)
     for folder, _, files in os.walk(unpacked.folder, topdown=False):
         for file in files:

@@ -1,4 +1,4 @@
-"""What importers ask of an FMU before it runs."""
+"""Checks that importers make before an FMU runs."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_archive_is_plain(fmu: Path) -> None:
 
 
 def test_carries_no_path_of_the_machine_that_made_it(fmu: Path) -> None:
-    """In no file, the binaries among them: not the builder's home, not this folder, not that of cargo's packages."""
+    """No file, including the binaries, contains the builder's home, this folder, or that of cargo's packages."""
     packages = os.environ.get("CARGO_HOME", str(Path.home() / ".cargo"))
     folders = [str(Path.home()), str(ROOT), packages]
     with zipfile.ZipFile(fmu) as archive:

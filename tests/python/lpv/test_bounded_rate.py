@@ -1,4 +1,4 @@
-"""The claim of a bounded rate, checked independently from the certificate's file alone, in decimals of 120 digits."""
+"""The claim for a bounded rate, checked independently from the certificate's file alone, in decimals of 120 digits."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Form:
         self.rate = Decimal(rate)
 
     def without_multiplier(self, x: np.ndarray, drift: np.ndarray) -> np.ndarray:
-        """Return what does not depend on theta but for X and the rate times its slope, which are given."""
+        """Return the terms independent of theta, given X and its slope times the rate."""
         half = self.state.T @ (x @ self.moved)
         sizes = self.seen.T @ self.seen / self.gamma - self.input.T @ self.input * self.gamma
         model_error = (self.error.T @ self.error - self.delta.T @ self.delta) * self.factor
@@ -67,7 +67,7 @@ class Form:
         return out
 
     def at(self, theta: Decimal) -> Iterator[np.ndarray]:
-        """Yield X(theta), and for both signs the form along the loop, negative: wt = theta zt is put in."""
+        """Yield X(theta), and for both signs the form along the loop (wt = theta zt), which must be negative."""
         into = solve(self.channel @ self.channel.T - self.inner @ self.channel.T * theta, self.inner * theta)
         along = np.delete(np.eye(len(into.T), dtype=int) * Decimal(1), self.channel.argmax(1), axis=1)
         along = along + self.channel.T @ (into @ along)
@@ -79,7 +79,7 @@ class Form:
 
 
 def power(base: Decimal, k: int) -> Decimal:
-    """Return base^k; of decimals 0^0 is no number."""
+    """Return base^k; 0^0 is undefined for decimals."""
     return base**k if k else Decimal(1)
 
 
@@ -107,7 +107,7 @@ def bernstein(powers: list[np.ndarray], low: Decimal, high: Decimal) -> Iterator
 
 
 def forms(c: dict) -> Iterator[tuple[Form, dict]]:
-    """Yield the claim of the plant, and that of the ball, if there is one, each with its matrices."""
+    """Yield the claim of the plant, and that of the ball if there is one, each with its matrices."""
     loop = closed_loop(c, c.get("errors", []))
     for found in claims(c, "rate"):
         yield Form(loop, found, found["rate"]), found
@@ -135,18 +135,18 @@ def why_not(c: dict) -> str | None:
 
 @pytest.fixture(scope="module")
 def certificate() -> dict:
-    """Return the committed certificate of REMUS 100 by its tracking errors alone."""
+    """Return the committed certificate of REMUS 100 with tracking errors only."""
     return json.loads(GOLDEN.read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
 def alone() -> dict:
-    """Return the committed certificate of the rate alone."""
+    """Return the committed certificate with only the rate's claim."""
     return json.loads(ALONE.read_text(encoding="utf-8"))
 
 
 def test_independent_check_agrees(certificate: dict, alone: dict) -> None:
-    """All conditions of docs/certificate.md hold, for the fit and for the ball, and for the rate alone."""
+    """All conditions of docs/certificate.md hold: for the fit, for the ball, and for the rate alone."""
     with localcontext() as context:
         context.prec = DIGITS
         assert why_not(certificate) is None
@@ -155,7 +155,7 @@ def test_independent_check_agrees(certificate: dict, alone: dict) -> None:
 
 
 def with_rate(factor: float) -> Callable[[dict, dict], None]:
-    """Return a change of the rate of both claims."""
+    """Return a function that changes the rate of both claims."""
 
     def change(bounded: dict, robust: dict) -> None:
         bounded["rate"] = robust["rate"] = factor * bounded["rate"]
@@ -164,7 +164,7 @@ def with_rate(factor: float) -> Callable[[dict, dict], None]:
 
 
 def merge(bounded: dict, _: dict) -> None:
-    """Make one interval of two."""
+    """Merge two intervals into one."""
     at = len(bounded["N"]) // 2
     del bounded["breakpoints"][at], bounded["N"][at]
 
@@ -175,7 +175,7 @@ def end_early(bounded: dict, _: dict | None = None) -> None:
 
 
 def asymmetric(bounded: dict, _: dict | None = None) -> None:
-    """Make X(theta) asymmetric by a digit."""
+    """Make X(theta) asymmetric by one digit."""
     bounded["X"][1][0][1] *= 1 + 1e-12
 
 
@@ -197,7 +197,7 @@ def asymmetric(bounded: dict, _: dict | None = None) -> None:
         (lambda b, _: b["breakpoints"].__setitem__(0, -0.99), "breakpoints"),
         (lambda b, _: b["breakpoints"].reverse(), "breakpoints"),
         (lambda b, _: b.update(inverse=True), "the form"),
-        # What promises less stays true.
+        # A weaker promise remains true.
         (with_rate(0.5), None),
         (lambda b, _: b.update(gamma=1.01 * b["gamma"]), None),
     ],
@@ -209,7 +209,7 @@ def test_both_checks_agree_on_a_changed_file(
     spoil: Callable[[dict, dict], None],
     reason: str | None,
 ) -> None:
-    """What the independent check refuses, the command refuses too, and conversely."""
+    """Command and independent check refuse the same files."""
     changed = copy.deepcopy(certificate)
     spoil(*claims(changed, "rate"))
     with localcontext() as context:
@@ -239,7 +239,7 @@ def test_both_checks_agree_on_a_changed_file(
 def test_both_checks_agree_on_a_changed_file_of_the_rate_alone(
     alone: dict, run_squid: Run, tmp_path: Path, spoil: Callable[[dict], None], reason: str | None
 ) -> None:
-    """As above, without the claim for any rate to fall back on."""
+    """Command and independent check agree without a claim for arbitrary rates as a fallback."""
     changed = copy.deepcopy(alone)
     spoil(changed)
     with localcontext() as context:
@@ -267,7 +267,7 @@ def test_both_checks_agree_on_a_changed_file_of_the_rate_alone(
 def test_what_the_rate_alone_does_not_carry(
     alone: dict, run_squid: Run, tmp_path: Path, more: list[dict], words: str
 ) -> None:
-    """No claim, part of one, and a false one for any rate beside the true one are refused."""
+    """No claim, a partial claim, and a false claim for any rate next to the true one are refused."""
     changed = alone | {"claims": [*alone["claims"], *more] if more else []}
     path = tmp_path / "certificate.json"
     path.write_text(json.dumps(changed), encoding="utf-8")
@@ -276,19 +276,19 @@ def test_what_the_rate_alone_does_not_carry(
 
 
 def test_the_inequality_holds_along_the_loop(certificate: dict, alone: dict) -> None:
-    """Without multipliers and intervals: X(theta) > 0 and the loop's own inequality, at 33 values of theta."""
+    """Without multipliers and intervals: X(theta) > 0 and the loop's own inequality hold at 33 values of theta."""
     with localcontext() as context:
         context.prec = DIGITS
         for form, _ in [*forms(certificate), *forms(alone)]:
             for i in range(-16, 17):
                 assert all(is_positive(m) for m in form.at(Decimal(i) / 16))
-            # It can fail: at a hundredth of the gamma the form is not negative.
+            # The test can fail: at a hundredth of gamma the form is not negative.
             form.gamma /= 100
             assert not all(is_positive(m) for m in form.at(Decimal(0)))
 
 
 def test_frozen_loops_keep_the_gain(certificate: dict) -> None:
-    """At frozen speeds, evaluated in floating point over frequency, the gain is below the one that is claimed."""
+    """At frozen speeds the gain, evaluated in floating point over frequency, is below the claimed one."""
     with localcontext() as context:
         context.prec = DIGITS
         loop = closed_loop(certificate, [])

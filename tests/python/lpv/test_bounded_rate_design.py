@@ -1,4 +1,4 @@
-"""A design with `rate`, all the way: proved, packed, verified against its vehicle, flown."""
+"""A design with `rate`, end to end: proved, packed, verified against its vehicle, simulated."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ RATE = 0.1
 def designed(
     run_squid: Run, squid_by_errors: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, Packages]:
-    """Return a vehicle that sees tracking errors alone and whose design has a rate, and its packages."""
+    """Return a vehicle with tracking errors only whose design has a rate, and its packages."""
     vehicle = tmp_path_factory.mktemp("rate") / "vehicle"
     shutil.copytree(squid_by_errors, vehicle)
     design = vehicle / "design.toml"
@@ -40,7 +40,7 @@ def designed(
 
 
 def test_the_product_claims_the_rate(designed: tuple[Path, Packages], run_squid: Run) -> None:
-    """`squid verify` proves the FMU, also against the vehicle, and says for which rate the smaller gain holds."""
+    """`squid verify` proves the FMU, also against the vehicle, and states the rate for which the smaller gain holds."""
     vehicle, packages = designed
     certificate = json.loads((packages.folder / "certificate.json").read_text(encoding="utf-8"))
     (bounded, robust), half_range = claims(certificate, "rate"), 1.25
@@ -58,7 +58,7 @@ def test_the_product_claims_the_rate(designed: tuple[Path, Packages], run_squid:
 
 
 def test_the_product_flies(designed: tuple[Path, Packages]) -> None:
-    """A pitch step of 10 degrees through the FMUs, at the ends and in the middle of the range of speed."""
+    """A pitch step of 10 degrees with the FMUs, at the ends and the centre of the speed range."""
     for speed in (0.5, 1.75, 3.0):
         flown = pitch_step(designed[1], speed, TEN_DEGREES, 85.0)
         assert np.max(flown["pitch_done"]) - 1.0 < 0.10

@@ -25,7 +25,7 @@ SCHEDULED = {"P": ONE | {"Bt": [[1]], "Ct": [[1]], "Dtt": [[0]], "Dt1": [[0, 0]]
 
 
 def discretised(data: dict, step: float) -> dict:
-    """Return a plant by the trapezoidal rule, scaled so that it keeps its least gamma."""
+    """Return a plant discretised by the trapezoidal rule, scaled so that it keeps its least gamma."""
     part = {key: np.array(value, dtype=float) for key, value in data.items() if key != "G"}
     a, b = part["A"], np.hstack([part["B1"], part["B2"]])
     c = np.vstack([part["C1"], part["C2"]])
@@ -49,7 +49,7 @@ def written(path: Path, data: dict) -> Path:
 
 @pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
 def test_the_least_gamma_is_that_in_continuous_time(run_squid: Run, tmp_path: Path, case: Path) -> None:
-    """A published one; the proof is of the matrices in the file, and the inequality holds by its eigenvalues, too."""
+    """For a published plant, the proof is for the matrices in the file, and eigenvalues confirm the inequality."""
     published = json.loads(case.read_text("utf-8"))
     problem = written(tmp_path / "p.json", discretised(published["data"], STEP))
     done = run_squid("--json", "lpv", "synth", problem, "--out", tmp_path / "out")
@@ -78,7 +78,7 @@ def test_the_least_gamma_is_that_in_continuous_time(run_squid: Run, tmp_path: Pa
 
 
 def closed(p: dict, k: dict) -> tuple[np.ndarray, ...]:
-    """Return the loop of a plant and a controller without parameters, exactly but for the last rounding."""
+    """Return the loop of a plant and a controller without parameters, exact up to the last rounding."""
     p, k = ({key: exact(value) for key, value in parts.items()} for parts in (p, k))
     n, nk, ny, nu = len(p["A"]), len(k["A"]), len(p["C2"]), p["B2"].shape[1]
     d22 = p.get("D22", exact(np.zeros((ny, nu))))
@@ -96,19 +96,19 @@ def closed(p: dict, k: dict) -> tuple[np.ndarray, ...]:
 
 
 def exact(rows: list) -> np.ndarray:
-    """Return rows of rational numbers."""
+    """Return rows as rational numbers."""
     return np.array([[Fraction(float(v)) for v in row] for row in rows], dtype=object)
 
 
 def test_a_certificate_of_the_other_time_is_refused(run_squid: Run, tmp_path: Path) -> None:
-    """The matrices are the same, and the time is not."""
+    """The matrices agree, and the kind of time differs."""
     discrete, continuous = written(tmp_path / "d.json", ONE | {"dt": 0.1}), written(tmp_path / "c.json", ONE)
     run_squid("lpv", "synth", discrete, "--out", tmp_path / "out")
     certificate = tmp_path / "out" / "certificate.json"
     assert run_squid("lpv", "check", discrete, certificate).returncode == 0
     done = run_squid("lpv", "check", continuous, certificate)
     assert done.returncode == 1 and "the certificate does not belong to this plant: dt differs" in done.stderr
-    # A certificate is a problem file, too.
+    # A certificate is also a valid problem file.
     again = run_squid("--json", "lpv", "synth", certificate)
     assert json.loads(again.stdout)["gamma"] == pytest.approx(
         json.loads(run_squid("--json", "lpv", "synth", discrete).stdout)["gamma"], rel=1e-6

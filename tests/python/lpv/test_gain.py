@@ -1,4 +1,4 @@
-"""`squid lpv gain`: the gain of a finished loop, with its certificate."""
+"""`squid lpv gain`: the gain of a closed loop, with its certificate."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def written(folder: Path, problem: dict) -> Path:
 def test_published_gains(
     run_squid: Run, tmp_path: Path, size: float, jumping: float, constant: float
 ) -> None:
-    """The least bound is met to 1e-4 and not passed, the worst constant parameter is found and bounded closely."""
+    """The least bound is matched to 1e-4 from above; the worst constant parameter is found with tight bounds."""
     path = written(tmp_path, demo(size))
     done = run_squid("lpv", "gain", path, "--out", tmp_path, "--json")
     assert done.returncode == 0, done.stderr
@@ -92,7 +92,7 @@ def problem_of(name: str, rate: float) -> dict:
 
 
 def at_rate(run_squid: Run, folder: Path, problem: dict) -> float:
-    """Return the bound that is proved at the rate of a problem."""
+    """Return the proved bound at the rate of a problem."""
     done = run_squid("lpv", "gain", written(folder, problem), "--json")
     assert done.returncode == 0, done.stdout + done.stderr
     return json.loads(done.stdout)["proved_at_rate"]
@@ -102,7 +102,7 @@ def at_rate(run_squid: Run, folder: Path, problem: dict) -> float:
 def test_published_gains_at_a_rate(
     run_squid: Run, tmp_path: Path, name: str, rate: float, gamma: float
 ) -> None:
-    """The proved bound is at most 2 % above the published one, also where none exists for any rate."""
+    """The proved bound is at most 2 % above the published one, also if none exists for any rate."""
     path = written(tmp_path, problem_of(name, rate))
     done = run_squid("lpv", "gain", path, "--out", tmp_path, "--json")
     assert done.returncode == 0, done.stdout + done.stderr
@@ -118,7 +118,7 @@ def test_published_gains_at_a_rate(
     checked = run_squid("lpv", "check", path, tmp_path / "certificate.json", "--json")
     assert checked.returncode == 0, checked.stderr
     assert json.loads(checked.stdout)["gamma_at_rate"] == found["proved_at_rate"]
-    # A claim of the rate alone is none for a parameter that moves faster, or however fast.
+    # A claim for a rate does not hold for faster parameters or for arbitrary rates.
     for faster in ({"rate": 1.01 * rate}, {}):
         problem = {"data": CASES[name]["data"] | faster}
         checked = run_squid("lpv", "check", written(tmp_path, problem), tmp_path / "certificate.json")
@@ -135,13 +135,13 @@ def test_published_gains_at_a_rate(
 def test_a_faster_parameter_has_no_smaller_bound(
     run_squid: Run, tmp_path: Path, name: str, rates: list[float]
 ) -> None:
-    """What is proved at a rate is not above what is proved at a larger one, but for the accuracy of the search."""
+    """The bound at a rate is not above the bound at a larger rate, up to the accuracy of the search."""
     bounds = [at_rate(run_squid, tmp_path, problem_of(name, rate)) for rate in rates]
     assert all(slow <= (1.0 + 1e-3) * fast for slow, fast in pairwise(bounds)), bounds
 
 
 def rescaled(problem: dict, change: Callable[[dict[str, np.ndarray]], float]) -> dict:
-    """Return a problem with its matrices changed in place, and its rate multiplied by what the change returns."""
+    """Return a problem with its matrices changed in place, and its rate multiplied by the result of the change."""
     data = problem["data"]
     matrices = {key: np.array(rows, dtype=float) for key, rows in data["P"].items()}
     rate = data["rate"] * change(matrices)
@@ -156,7 +156,7 @@ def in_unit_of_time(p: dict[str, np.ndarray]) -> float:
 
 
 def in_coordinates(p: dict[str, np.ndarray]) -> float:
-    """Write the states in coordinates of the condition 1e3."""
+    """Transform the states to coordinates with condition number 1e3."""
     n = len(p["A"])
     turns = [np.linalg.qr(np.random.default_rng(seed).normal(size=(n, n)))[0] for seed in (1, 2)]
     t = turns[0] @ np.diag(np.logspace(-1.5, 1.5, n)) @ turns[1]
@@ -167,7 +167,7 @@ def in_coordinates(p: dict[str, np.ndarray]) -> float:
 
 
 def in_units_of_w_and_z(p: dict[str, np.ndarray]) -> float:
-    """Measure w in units a thousand times as large and z in units as much larger: the gain stays."""
+    """Scale w and z by the same factor of a thousand, which keeps the gain."""
     for key, factor in {"B1": 1e3, "Dt1": 1e3, "C1": 1e-3, "D1t": 1e-3}.items():
         p[key] *= factor
     return 1.0
@@ -191,7 +191,7 @@ def test_units_and_coordinates_do_not_matter(
 
 
 def test_no_bound_at_a_rate_that_is_too_fast(run_squid: Run, tmp_path: Path) -> None:
-    """Where no Lyapunov matrix is found at any rate or at the given one, nothing is claimed."""
+    """If no Lyapunov matrix is found for any rate or for the given one, nothing is claimed."""
     path = written(tmp_path, problem_of("lpv11_shamma_athans", 50.0))
     done = run_squid("lpv", "gain", path, "--out", tmp_path, "--json")
     found = json.loads(done.stdout)
@@ -236,7 +236,7 @@ def test_what_has_no_gain_is_refused(
 def test_no_key_is_ignored(
     run_squid: Run, tmp_path: Path, inside: dict, beside: dict, above: dict, words: str
 ) -> None:
-    """An unknown key is refused wherever it stands; what a file says of itself is not."""
+    """An unknown key is refused at every level; descriptive keys are ignored."""
     problem = demo(0.1) | {"kind": "lpvgain", "source": "IQClab", "notes": "none"} | above
     problem["data"] |= beside
     problem["data"]["P"] = problem["data"]["P"] | inside
@@ -246,13 +246,13 @@ def test_no_key_is_ignored(
 
 
 def test_a_plant_without_parameters_has_no_blocks(run_squid: Run, tmp_path: Path) -> None:
-    """`blocks` beside plain matrices would be ignored, and is refused."""
+    """`blocks` next to plain matrices would have no effect, and is refused."""
     done = run_squid("lpv", "gain", written(tmp_path, {"data": PLANT | {"blocks": [1]}}), "--json")
     assert done.returncode == 1 and "'blocks' is out of place" in done.stderr
 
 
 def test_words_of_a_finished_loop(run_squid: Run, tmp_path: Path) -> None:
-    """Skew scalings show a bound where symmetric ones do not; a finished loop has no control and no back-off."""
+    """Skew scalings give a bound where symmetric ones do not; a closed loop has no controls and no back-off."""
     turning = {
         "A": [[-0.1, 1], [-1, -0.1]], "Bt": [[0, 0.9], [-0.9, 0]], "Ct": [[1, 0], [0, 1]], "C1": [[1, 0]],
         "B1": [[1], [0]], "Dtt": [[0, 0], [0, 0]], "Dt1": [[0], [0]], "D1t": [[0, 0]], "D11": [[0]],

@@ -1,4 +1,4 @@
-"""`squid lpv`: synthesis for any plant in a file, its three outcomes, and wrong files."""
+"""`squid lpv`: synthesis for general plants in a file, its three outcomes, and wrong files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CASE = ROOT / "tests" / "cases" / "lpv05_one_param_lossless.json"
 
 @pytest.fixture
 def case() -> dict:
-    """Return a problem that may be spoilt."""
+    """Return a problem that may be modified."""
     return copy.deepcopy(json.loads(CASE.read_text(encoding="utf-8")))
 
 
@@ -32,7 +32,7 @@ def synth(run_squid: Run, path: Path, value: dict | str, *options: str) -> tuple
 
 
 def test_files_and_check(run_squid: Run, tmp_path: Path) -> None:
-    """The controller and the certificate are written, and the certificate proves for this plant alone."""
+    """Controller and certificate are written, and the certificate is accepted for this plant only."""
     done = run_squid("lpv", "synth", CASE, "--out", tmp_path)
     assert done.returncode == 0 and "PROVED" in done.stdout
     assert {path.name for path in tmp_path.glob("[!.]*")} == {
@@ -75,7 +75,7 @@ def test_check_answers_with_one_object(run_squid: Run, tmp_path: Path) -> None:
 
 
 def test_back_off_is_told(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """The gamma at which the controller was built, and how far that is above the least."""
+    """The report states the gamma at which the controller was built, and its distance from the least."""
     _, report, _ = synth(run_squid, tmp_path / "p.json", case, "--back-off", "0.25")
     assert report["back_off"] == pytest.approx(0.25, abs=1e-6) and report["remarks"] == []
     assert report["gamma_design"] == pytest.approx(1.25 * report["gamma"], rel=1e-6)
@@ -97,13 +97,13 @@ def test_back_off_is_told(run_squid: Run, tmp_path: Path, case: dict) -> None:
     ],
 )
 def test_wrong_usage_is_not_infeasible(run_squid: Run, words: list, found: str) -> None:
-    """A wrong command line ends with 64, for 2 is the code of a proof that there is no controller."""
+    """A wrong command line ends with 64, because 2 is the code of a proof that there is no controller."""
     done = run_squid(*words)
     assert done.returncode == 64 and found in done.stderr and not done.stdout
 
 
 def test_help_is_no_wrong_usage(run_squid: Run) -> None:
-    """What is asked for goes to standard output, and says what the codes mean."""
+    """Requested help goes to standard output, and explains the exit codes."""
     done = run_squid("lpv", "synth", "--help")
     assert done.returncode == 0 and "64: the command line is wrong" in done.stdout
 
@@ -116,7 +116,7 @@ def assert_refused(code: int, report: dict, error: str, words: str) -> None:
 
 
 def test_units_do_not_change_the_answer(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """States in other units, time in other units, channels in other units: the same gamma."""
+    """Other units of states, time or channels give the same gamma."""
     plain = synth(run_squid, tmp_path / "plain.json", case)[1]
     p = case["data"]["P"]
     states, speed, channel = [1e3, 1e-2, 5.0], 40.0, [1e2, 1e-3]
@@ -134,7 +134,7 @@ def test_units_do_not_change_the_answer(run_squid: Run, tmp_path: Path, case: di
 
 
 def test_mode_that_cannot_be_stabilised(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """An unstable mode that no control reaches is named."""
+    """An unstable mode that is not controllable is named."""
     case["data"]["P"]["A"][2] = [0.0, 0.0, 0.5]
     code, report, _ = synth(run_squid, tmp_path / "p.json", case)
     assert (code, report["status"]) == (2, "infeasible")
@@ -143,7 +143,7 @@ def test_mode_that_cannot_be_stabilised(run_squid: Run, tmp_path: Path, case: di
 
 
 def test_mode_that_cannot_be_seen(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """An unstable mode that no measurement shows is named."""
+    """An unstable mode that is not observable is named."""
     p = case["data"]["P"]
     p["A"][2] = [0.0, 0.0, 0.25]
     p["B2"][2] = [1.0]
@@ -153,7 +153,7 @@ def test_mode_that_cannot_be_seen(run_squid: Run, tmp_path: Path, case: dict) ->
 
 
 def test_parameter_that_no_controller_tames(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """An unstable part that only the parameter drives, beyond any controller: provably infeasible."""
+    """An unstable part driven by the parameter only is out of reach of any controller: provably infeasible."""
     p = case["data"]["P"]
     # The third state gets the pole -0.5 + theta, out of reach of the control.
     p["Bt"][2] = [1.0, 0.0]
@@ -165,7 +165,7 @@ def test_parameter_that_no_controller_tames(run_squid: Run, tmp_path: Path, case
 
 
 def test_gamma_above_the_limit(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """The limit is missed by how much, and on which path."""
+    """The report states how far, and on which path, the limit is missed."""
     code, report, _ = synth(run_squid, tmp_path / "p.json", case, "--gamma-limit", "1.5")
     assert (code, report["status"]) == (2, "infeasible")
     assert "above the limit 1.5000" in report["reason"] and "path from w" in report["reason"]
@@ -173,7 +173,7 @@ def test_gamma_above_the_limit(run_squid: Run, tmp_path: Path, case: dict) -> No
 
 
 def test_controllers_that_are_too_fast(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """A limit that no controller found keeps is neither a proof that there is none, nor a numerical failure."""
+    """A limit that no computed controller meets is neither a proof of infeasibility nor a numerical failure."""
     code, report, _ = synth(run_squid, tmp_path / "p.json", case, "--fastest-mode", "0.001")
     assert (code, report["status"]) == (4, "too_fast")
     assert "times as fast as the limit allows" in report["reason"]
@@ -182,7 +182,7 @@ def test_controllers_that_are_too_fast(run_squid: Run, tmp_path: Path, case: dic
 
 
 def test_limit_on_the_fastest_mode_holds_after_reduction(run_squid: Run, tmp_path: Path) -> None:
-    """Where none keeps the limit there is no controller; one that does keeps it with states removed, too."""
+    """If none meets the limit there is no controller; a controller that meets it also does after reduction."""
     problem = ROOT / "tests" / "cases" / "compleib" / "compleib_AC15.json"
     text = problem.read_text(encoding="utf-8")
     code, report, _ = synth(
@@ -200,7 +200,7 @@ def test_limit_on_the_fastest_mode_holds_after_reduction(run_squid: Run, tmp_pat
 
 
 def zeros(rows: list[list[float]]) -> list[list[float]]:
-    """Return a matrix of the same shape without anything in it."""
+    """Return a zero matrix of the same shape."""
     return [[0.0] * len(row) for row in rows]
 
 
@@ -225,7 +225,7 @@ PROOF_ROUNDING = 1e-3
     "path", sorted((CASE.parent / "singular").glob("*.json")), ids=lambda path: path.stem
 )
 def test_singular_problem(run_squid: Run, tmp_path: Path, path: Path) -> None:
-    """A controller near the least gamma, where nothing weighs the controls, and what its design took."""
+    """A controller near the least gamma for unweighted controls, with the regularisation of its design."""
     case = json.loads(path.read_text(encoding="utf-8"))
     expected, plant = case["expected"], case["data"].get("P", case["data"])
     done = run_squid("lpv", "synth", path, "--json", "--out", tmp_path)
@@ -243,7 +243,7 @@ def test_singular_problem(run_squid: Run, tmp_path: Path, path: Path) -> None:
 
 
 def test_singular_problem_without_a_least_gamma(run_squid: Run, tmp_path: Path) -> None:
-    """Without weights the gain of this plant can be made as small as one likes, and that is said."""
+    """Without weights the gain of this plant can be made arbitrarily small, which is reported."""
     problem = json.loads((CASE.parent / "compleib" / "compleib_DIS1.json").read_text(encoding="utf-8"))
     problem["data"]["D12"] = zeros(problem["data"]["D12"])
     code, report, _ = synth(run_squid, tmp_path / "p.json", problem)
@@ -254,14 +254,14 @@ def test_singular_problem_without_a_least_gamma(run_squid: Run, tmp_path: Path) 
 
 
 def test_what_was_added_is_told_to_people(run_squid: Run) -> None:
-    """The words have the remark beside the proof."""
+    """The text has the remark in addition to the proof."""
     done = run_squid("lpv", "synth", CASE.parent / "singular" / "five_states_one_control.json")
     assert done.returncode == 0 and "PROVED" in done.stdout
     assert "remark: the controller was designed for the plant with" in done.stdout
 
 
 def test_remarks_stand_beside_any_outcome(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """And beside a controller: what is noticed of the problem is told in the text, whatever the outcome."""
+    """The text has remarks on the problem in addition to any outcome."""
     p = case["data"]["P"]
     p["D12"] = zeros(p["D12"])
     path = tmp_path / "p.json"
@@ -289,21 +289,21 @@ def test_remarks_stand_beside_any_outcome(run_squid: Run, tmp_path: Path, case: 
     ],
 )
 def test_weight_that_is_not_proper(run_squid: Run, tmp_path: Path, case: dict, spoil, words: str) -> None:
-    """What stands for an improper weight in a state-space file is refused with one sentence that says so."""
+    """A state-space equivalent of an improper weight is refused with one sentence."""
     spoil(case)
     code, report, error = synth(run_squid, tmp_path / "p.json", case)
     assert_refused(code, report, error, words)
 
 
 def test_plant_of_a_descriptor_with_the_identity(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """E = I and D22 = 0 say nothing, and change nothing."""
+    """E = I and D22 = 0 have no effect."""
     case["data"]["P"].update(E=[[1, 0, 0], [0, 1, 0], [0, 0, 1]], D22=[[0.0]])
     code, report, _ = synth(run_squid, tmp_path / "p.json", case)
     assert code == 0 and report["gamma"] == pytest.approx(2.0354532, rel=1e-5)
 
 
 def frozen(p: dict, order: tuple[str, ...], theta: float) -> np.ndarray:
-    """Close the parameter: [[A, B..], [C, D..]] from the matrices named row by row, channels in second place."""
+    """Close the parameter: [[A, B..], [C, D..]] from the matrices named row by row, with channels second."""
     size = round(len(order) ** 0.5)
     rows = [
         [np.array(p[key], dtype=float) for key in order[i : i + size]] for i in range(0, len(order), size)
@@ -344,7 +344,7 @@ CONTROLLER_ORDER = ("A", "Bt", "By", "Ct", "Dtt", "Dty", "Cu", "Dut", "Duy")
 
 
 def test_direct_path(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """With a path from u to y gamma stays, and the controller written keeps its bound in the loop with that path."""
+    """With feedthrough from u to y gamma stays, and the written controller keeps its bound in the complete loop."""
     p = case["data"]["P"]
     p["D22"] = [[-1.5]]
     code, report, _ = synth(run_squid, tmp_path / "p.json", case, "--out", str(tmp_path))
@@ -370,7 +370,7 @@ def test_direct_path(run_squid: Run, tmp_path: Path, case: dict) -> None:
 
 
 def test_direct_path_that_leaves_the_loop_open(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """Where I - Duy D22 is singular nothing is proved, and the reason is named."""
+    """If I - Duy D22 is singular nothing is proved, and the reason is named."""
     case["data"]["P"]["D22"] = [[0.5]]
     assert synth(run_squid, tmp_path / "p.json", case, "--out", str(tmp_path))[0] == 0
     path = tmp_path / "certificate.json"
@@ -411,33 +411,33 @@ def test_direct_path_that_leaves_the_loop_open(run_squid: Run, tmp_path: Path, c
     ],
 )
 def test_wrong_file(run_squid: Run, tmp_path: Path, case: dict, spoil, words: str) -> None:
-    """A wrong file is refused with one sentence, and no report."""
+    """A wrong file is refused with one sentence and no report."""
     spoil(case)
     code, report, error = synth(run_squid, tmp_path / "p.json", case)
     assert_refused(code, report, error, words)
 
 
 def test_not_json(run_squid: Run, tmp_path: Path) -> None:
-    """Text that is no JSON is refused with file, line and column."""
+    """Text that is not JSON is refused with file, line and column."""
     code, report, error = synth(run_squid, tmp_path / "p.json", '{"data": [}')
     assert_refused(code, report, error, "p.json:1: this is not JSON: expected value (column 11)")
 
 
 def test_key_that_stands_twice(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """Which of the two is meant cannot be known; a certificate is read alike."""
+    """A duplicate key is ambiguous; certificates are treated likewise."""
     text = json.dumps(case).replace('"A":', '"A": [[1.0]], "A":', 1)
     code, report, error = synth(run_squid, tmp_path / "p.json", text)
     assert_refused(code, report, error, "'data.P': duplicate field `A`")
 
 
 def test_file_that_is_not_there(run_squid: Run, tmp_path: Path) -> None:
-    """Also then there is one object."""
+    """A missing file also gives one JSON object."""
     done = run_squid("lpv", "synth", tmp_path / "p.json", "--json")
     assert_refused(done.returncode, json.loads(done.stdout), done.stderr, "there is no such file")
 
 
 def test_plant_without_states(run_squid: Run, tmp_path: Path) -> None:
-    """Its sizes are read off the direct paths; it is no wrong file."""
+    """The sizes follow from the direct feedthrough; the file is valid."""
     data = {"A": [], "B1": [], "B2": [], "C1": [[]], "C2": [[]], "D11": [[1]], "D12": [[1]], "D21": [[1]]}
     _, report, error = synth(run_squid, tmp_path / "p.json", {"data": data})
     assert report["status"] != "error" and error == ""

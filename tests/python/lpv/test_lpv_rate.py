@@ -1,4 +1,4 @@
-"""`squid lpv synth` of a problem with `rate`: a parameter that moves at a bounded rate."""
+"""`squid lpv synth` with `rate`: a parameter that changes at a bounded rate."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ GOLDEN = ROOT / "tests" / "certificates" / "remus100_bounded_rate.json"
 
 
 def commutator(rate: float) -> dict:
-    """Return `theta G - G theta`, G = 1/(s + 1), from w1 to z1, and a control that only costs: z2 = u, y = w2."""
+    """Return `theta G - G theta`, G = 1/(s + 1), from w1 to z1, and a control that only adds cost: z2 = u, y = w2."""
     zero = [[0.0, 0.0], [0.0, 0.0]]
     p = {"A": [[-1, 0], [0, -1]], "B1": [[1, 0], [0, 0]], "C1": [[0, -1], [0, 0]], "D1t": [[0, 1], [0, 0]]}
     p |= {"Bt": [[0, 0], [1, 0]], "Ct": [[0, 0], [1, 0]], "Dt1": [[1, 0], [0, 0]], "Dtt": zero, "D11": zero}
@@ -35,7 +35,7 @@ def commutator(rate: float) -> dict:
 
 @pytest.fixture
 def remus() -> dict:
-    """Return the problem of REMUS 100 by its tracking errors alone, at 0.5 m/s^2."""
+    """Return the problem of REMUS 100 with tracking errors only, at 0.5 m/s^2."""
     file = json.loads(GOLDEN.read_text(encoding="utf-8"))
     return {"data": {"P": file["plant"], "blocks": file["blocks"], "rate": 1.25}}
 
@@ -48,7 +48,7 @@ TIGHTENED = 0.02
 
 @pytest.mark.parametrize("place", [1, 2, 3], ids=["0.1", "0.2", "1"])
 def test_the_published_gain_of_the_commutator(run_squid: Run, tmp_path: Path, place: int) -> None:
-    """The control cannot help, so that the least gamma is the published gain, and the proof near it and not below."""
+    """The control cannot help: the least gamma is the published gain, and the proved bound is just above it."""
     expected = json.loads((CASES / "lpv08_delta_commutator.json").read_text(encoding="utf-8"))["expected"]
     rate, gamma = expected["rate"][place], expected["gamma_rate_poly3"][place]
     code, report, _ = synth(run_squid, tmp_path / "p.json", commutator(rate), "--out", str(tmp_path))
@@ -67,7 +67,7 @@ def test_the_published_gain_of_the_commutator(run_squid: Run, tmp_path: Path, pl
 
 
 def test_a_bound_at_the_rate_alone_is_feasible(run_squid: Run, tmp_path: Path) -> None:
-    """An oscillator with no bound for a parameter that moves however fast, and a control that only costs."""
+    """An oscillator without a bound for arbitrary rates, and a control that only adds cost."""
     case = json.loads((CASES / "lpv11_shamma_athans.json").read_text(encoding="utf-8"))
     rate, gamma = case["expected"]["rate"][2], case["expected"]["gamma"][2]
     p = case["data"]["P"] | {
@@ -96,7 +96,7 @@ def test_a_bound_at_the_rate_alone_is_feasible(run_squid: Run, tmp_path: Path) -
 
 
 def test_a_bounded_rate_pays(run_squid: Run, tmp_path: Path, remus: dict) -> None:
-    """The gain is smaller than that for any trajectory of the parameter; words and check say for which rate."""
+    """The gain is smaller than for arbitrary trajectories; text and check state the rate."""
     done = run_squid("lpv", "synth", GOLDEN, "--json")
     fast = json.loads(done.stdout)
     path = tmp_path / "p.json"
@@ -131,14 +131,14 @@ def test_a_bounded_rate_pays(run_squid: Run, tmp_path: Path, remus: dict) -> Non
     ],
 )
 def test_wrong_rates(run_squid: Run, tmp_path: Path, spoil: dict, words: str) -> None:
-    """What is no rate of one parameter is refused in one sentence."""
+    """A value that is not a rate of one parameter is refused in one sentence."""
     problem = commutator(0.2)
     problem["data"] |= spoil
     assert_refused(*synth(run_squid, tmp_path / "p.json", problem), words)
 
 
 def test_what_goes_with_no_rate(run_squid: Run, tmp_path: Path) -> None:
-    """A direct path and options that the synthesis for a bounded rate does not have are refused, not left out."""
+    """Feedthrough and options unsupported by the synthesis for a bounded rate are refused, not ignored."""
     problem = commutator(0.2)
     for option in (["--reduce"], ["--gamma-limit", "2"], ["--fastest-mode", "9"]):
         found = synth(run_squid, tmp_path / "p.json", problem, *option)
@@ -150,7 +150,7 @@ def test_what_goes_with_no_rate(run_squid: Run, tmp_path: Path) -> None:
 
 
 def test_no_controller_at_any_rate(run_squid: Run, tmp_path: Path) -> None:
-    """A mode that no control reaches at a constant parameter is a proof that there is none."""
+    """A mode that is uncontrollable at a constant parameter proves that there is no controller."""
     problem = commutator(0.2)
     problem["data"]["P"]["A"][0][0] = 1.0
     code, report, _ = synth(run_squid, tmp_path / "p.json", problem)

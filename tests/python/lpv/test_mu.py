@@ -1,4 +1,4 @@
-"""`squid lpv mu`: published structured singular values, the perturbations that show them, and wrong files."""
+"""`squid lpv mu`: published structured singular values, the perturbations that attain them, and wrong files."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def mu(run_squid: Run, path: Path, value: dict | str) -> tuple[int, dict, str]:
 
 
 def bounds(run_squid: Run, path: Path, value: dict) -> dict:
-    """Return the report of a problem that has bounds, with its perturbation checked by NumPy alone."""
+    """Return the report of a bounded problem, with its perturbation verified with NumPy only."""
     code, report, error = mu(run_squid, path, value)
     assert (code, report["status"], report["reason"], error) == (0, "bounded", None, "")
     assert report["seconds"] > 0.0
@@ -70,7 +70,7 @@ def response(system: System, omega: float) -> np.ndarray:
 
 
 def assert_structure(delta: np.ndarray, blocks: list[list[int]]) -> None:
-    """Assert that a perturbation is of the structure, block by block."""
+    """Assert that a perturbation has the structure, block by block."""
     row = column = 0
     rest = delta.copy()
     for p, q in blocks:
@@ -96,7 +96,7 @@ def test_example_of_ab13md(run_squid: Run, tmp_path: Path) -> None:
 
 
 def test_four_complex_scalars_with_a_gap(run_squid: Run, tmp_path: Path) -> None:
-    """The bound by scalings is 1 and mu 0.87236: A. Packard, J. C. Doyle, Automatica 29(1), 1993."""
+    """The bound by scalings is 1 and mu is 0.87236: A. Packard, J. C. Doyle, Automatica 29(1), 1993."""
     case = json.loads((CASES / "mu04_packard_doyle_gap.json").read_text(encoding="utf-8"))
     report = bounds(run_squid, tmp_path / "p.json", case)
     assert report["upper"] == pytest.approx(1.0, rel=1e-5)
@@ -148,7 +148,7 @@ def distillation() -> System:
 
 
 def summed(parts: list[tuple[System, np.ndarray]]) -> System:
-    """Return the sum of scalar systems, each times a matrix; of each as many copies as the rank of its matrix."""
+    """Return the sum of scalar systems, each times a matrix, with as many copies as the rank of its matrix."""
     a, b, c, d = [], [], [], 0.0
     for (ai, bi, ci, di), matrix in parts:
         u, s, vt = np.linalg.svd(matrix)
@@ -184,7 +184,7 @@ def test_distillation_column(run_squid: Run, tmp_path: Path) -> None:
 
 
 def test_worst_case_gain_of_the_distillation_column(run_squid: Run, tmp_path: Path) -> None:
-    """At the size 1/mu the worst-case gain is mu of robust performance; what is found has the gain that is printed."""
+    """At size 1/mu the worst-case gain equals mu of robust performance; the perturbation attains the printed gain."""
     n = distillation()
     value = problem(n, [[1, 1], [1, 1]])
     value["data"] |= {"performance": [2, 2], "size": 1 / 5.7818}
@@ -207,7 +207,7 @@ def test_worst_case_gain_of_the_distillation_column(run_squid: Run, tmp_path: Pa
 
 
 def test_isolated_peak_of_a_real_scalar(run_squid: Run, tmp_path: Path) -> None:
-    """M = -(8/3) s/(s + 1)^3 is real at 1/sqrt(3) rad/s alone, and 1 there; any grid of frequencies says 0."""
+    """M = -(8/3) s/(s + 1)^3 is real only at 1/sqrt(3) rad/s, where it is 1; any grid of frequencies gives 0."""
     system = gain(([-8.0 / 3.0, 0.0], np.poly([-1.0, -1.0, -1.0])))
     report = bounds(run_squid, tmp_path / "p.json", problem(system, [[-1, 0]]))
     assert 1.0 - 1e-9 <= report["upper"] <= 1.0 + 1e-4
@@ -249,7 +249,7 @@ def test_worst_case_gain_of_two_masses(run_squid: Run, tmp_path: Path, speed: fl
     found, gain = report["performance"], value["expected"]["gain"]
     assert found["gain_lower"] == pytest.approx(gain, rel=1e-4)
     assert found["gain_lower"] <= found["gain_upper"] < gain * (1 + 2e-4)
-    # At the size 1/upper the gain is below upper, and grows with the size.
+    # At size 1/upper the gain is below upper, and it grows with the size.
     assert 1.02768 < found["lower"] <= found["upper"] < gain
     delta = np.array(found["gain_delta"])[..., 0]
     assert np.diag(delta) == pytest.approx(value["expected"]["delta"])
@@ -265,7 +265,7 @@ def test_worst_case_gain_with_a_complex_scalar(run_squid: Run, tmp_path: Path) -
 
 
 def test_island(run_squid: Run, tmp_path: Path) -> None:
-    """The loop is unstable on a disc inside the box of the parameters, far from every corner: mu is 11/3."""
+    """The loop is unstable on a disc inside the box of the parameters, away from every corner: mu is 11/3."""
     value = case("mu14_island")
     report = bounds(run_squid, tmp_path / "p.json", value)
     exact, rtol = value["expected"]["mu_true"], value["expected"]["rtol"]
@@ -273,7 +273,7 @@ def test_island(run_squid: Run, tmp_path: Path) -> None:
 
 
 def test_channels_that_form_no_loop(run_squid: Run, tmp_path: Path) -> None:
-    """The direct term of an LFT of 20 channels: what leads from one loop to another does not count."""
+    """Direct term of an LFT with 20 channels: connections that form no loop do not count."""
     value = case("mu22_lpv4d_direct_term")
     report = bounds(run_squid, tmp_path / "p.json", value)
     exact, rtol = value["expected"]["mu_true"], value["expected"]["rtol"]
@@ -283,7 +283,7 @@ def test_channels_that_form_no_loop(run_squid: Run, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_other_coordinates(run_squid: Run, tmp_path: Path, seed: int) -> None:
-    """A similarity transform of condition 1e6 leaves the bounds as they are."""
+    """A similarity transform with condition number 1e6 does not change the bounds."""
     random = np.random.default_rng(seed)
     n, blocks = 4, [[-1, 0], [-2, 0], [1, 1]]
     a = random.normal(size=(n, n))
@@ -293,7 +293,7 @@ def test_other_coordinates(run_squid: Run, tmp_path: Path, seed: int) -> None:
     sizes = np.logspace(0.0, 6.0, n)
     t, inverse = u * sizes @ v, (v.T / sizes) @ u.T
     plain = bounds(run_squid, tmp_path / "p.json", problem((a, b, c, d), blocks))
-    # Not `bounds`: in these coordinates a response by NumPy has not the digits to check a perturbation with.
+    # `bounds` is not used: in these coordinates NumPy's response is too inaccurate to verify a perturbation.
     similar = (t @ a @ inverse, t @ b, c @ inverse, d)
     code, other, error = mu(run_squid, tmp_path / "q.json", problem(similar, blocks))
     assert (code, error) == (0, "")
@@ -303,7 +303,7 @@ def test_other_coordinates(run_squid: Run, tmp_path: Path, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_no_corner_is_worse(run_squid: Run, tmp_path: Path, seed: int) -> None:
-    """Of real scalars and a real matrix: the largest real eigenvalue at all corners, by NumPy."""
+    """Real scalars and a real matrix: the largest real eigenvalue over all corners, by NumPy."""
     random = np.random.default_rng(seed)
     sizes = random.integers(1, 4, size=random.integers(1, 5))
     n = int(sizes.sum())
@@ -356,7 +356,7 @@ NOMINAL = {
     "Nr": -0.114,
     "Ndeltar": -0.151,
 }
-# Row of x' and column of [A B] that a coefficient enters.
+# Row of x' and column of [A B] in which a coefficient enters.
 PLACES = [
     (0, 0),
     (0, 1),
@@ -376,7 +376,7 @@ PLACES = [
 
 
 def aircraft() -> System:
-    """Return the loop of a transport aircraft, each of whose coefficients is c (1 + 0.1 delta).
+    """Return the loop of a transport aircraft, in which each coefficient is c (1 + 0.1 delta).
 
     G. Ferreres, A Practical Approach to Robustness Analysis, 1999; numbers as in MathWorks' example "Real Mu Analysis".
     x = [beta p r phi], two actuators, u = -K y.
@@ -406,7 +406,7 @@ def aircraft() -> System:
 
 
 def test_fourteen_real_coefficients(run_squid: Run, tmp_path: Path) -> None:
-    """A power iteration finds 0 here; searching all 16384 corners gives a margin of 5.4281175 at 0.62285583 rad/s."""
+    """A power iteration finds 0 here; a search of all 16384 corners gives a margin of 5.4281175 at 0.62285583 rad/s."""
     report = bounds(run_squid, tmp_path / "p.json", problem(aircraft(), [[-1, 0]] * 14))
     assert report["lower"] == pytest.approx(0.18422593, rel=1e-3)
     assert report["lower_frequency"] == pytest.approx(0.62285583, rel=1e-3)
@@ -415,7 +415,7 @@ def test_fourteen_real_coefficients(run_squid: Run, tmp_path: Path) -> None:
 
 
 def test_aircraft_of_the_cases() -> None:
-    """Its file holds the loop that is closed here by hand."""
+    """The file of the case contains the loop that is closed explicitly here."""
     data = json.loads((CASES / "mu13_transport_aircraft.json").read_text(encoding="utf-8"))["data"]
     assert data["blocks"] == [[-1, 0]] * 14
     for key, matrix in zip("ABCD", aircraft(), strict=True):
@@ -423,7 +423,7 @@ def test_aircraft_of_the_cases() -> None:
 
 
 def test_words(run_squid: Run, tmp_path: Path) -> None:
-    """The output says that the bound is for all frequencies, what shows the lower one, and the margin."""
+    """The output says that the bound holds for all frequencies, and states the perturbation and the margin."""
     path = tmp_path / "p.json"
     path.write_text(json.dumps(problem(aircraft(), [[-1, 0]] * 14)), encoding="utf-8")
     done = run_squid("lpv", "mu", path)
@@ -450,7 +450,7 @@ def test_words(run_squid: Run, tmp_path: Path) -> None:
     ],
 )
 def test_exact(run_squid: Run, tmp_path: Path, m: list, blocks: list, exact: float) -> None:
-    """A full block, square or not, sees the largest singular value; a repeated scalar the spectral radius."""
+    """A full block, square or not, gives the largest singular value; a repeated scalar the spectral radius."""
     report = bounds(run_squid, tmp_path / "p.json", {"data": {"M": m, "blocks": blocks}})
     assert exact * (1 - 1e-9) <= report["upper"] <= exact * (1 + 1e-4)
     assert exact * (1 - 1e-4) <= report["lower"] <= exact * (1 + 1e-9)
@@ -467,7 +467,7 @@ RANDOM_PROBLEMS = 10
 
 
 def random_blocks(random: np.random.Generator, kinds: str) -> list[list[int]]:
-    """Return one to four blocks, scalars repeated up to three times, full blocks not square."""
+    """Return one to four blocks, with scalars repeated up to three times and non-square full blocks."""
     sign = {"r": -1, "c": 1}
     drawn = [kinds[random.integers(len(kinds))] for _ in range(random.integers(1, 5))]
     sizes = [(int(random.integers(1, 4)), int(random.integers(1, 4))) for _ in drawn]
@@ -476,7 +476,7 @@ def random_blocks(random: np.random.Generator, kinds: str) -> list[list[int]]:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_problems(run_squid: Run, tmp_path: Path, kind: str) -> None:
-    """Matrices and systems, some real, of low rank or badly scaled: bounds in order, perturbations as stated."""
+    """Matrices and systems, some real, of low rank or badly scaled: consistent bounds, perturbations as stated."""
     for seed in range(RANDOM_PROBLEMS):
         random = np.random.default_rng(seed)
         blocks = random_blocks(random, KINDS[kind])
@@ -497,7 +497,7 @@ def test_random_problems(run_squid: Run, tmp_path: Path, kind: str) -> None:
 
 @pytest.mark.parametrize("blocks", [[[2, 0]], [[1, 1], [-1, 0]]])
 def test_what_cannot_come_back(run_squid: Run, tmp_path: Path, blocks: list[list[int]]) -> None:
-    """I - M Delta with M = [0 1; 0 0] has the determinant 1 for each of these: mu is zero; not that of M = 1e-300."""
+    """I - M Delta with M = [0 1; 0 0] has determinant 1 for all of these, so mu is zero; that of M = 1e-300 is not."""
     report = bounds(run_squid, tmp_path / "p.json", {"data": {"M": [[0, 1], [0, 0]], "blocks": blocks}})
     assert report["lower"] == 0.0 and report["upper"] < 1e-5
     report = bounds(run_squid, tmp_path / "p.json", {"data": {"M": [[1e-300]], "blocks": [[1, 1]]}})
@@ -508,7 +508,7 @@ def test_what_cannot_come_back(run_squid: Run, tmp_path: Path, blocks: list[list
 
 @pytest.mark.parametrize("n", [0, 2])
 def test_nothing_passes_through_zeros(run_squid: Run, tmp_path: Path, n: int) -> None:
-    """Systems with states and without: mu is zero at every frequency, and no small number spoils that."""
+    """Systems with and without states: mu is zero at every frequency, and no small number changes that."""
     zero = (-np.eye(n), np.zeros((n, 4)), np.zeros((4, n)), np.zeros((4, 4)))
     report = bounds(run_squid, tmp_path / "p.json", problem(zero, [[1, 0], [3, 3]]))
     assert report["lower"] == 0.0 and report["upper"] < 1e-50
@@ -615,7 +615,7 @@ SYSTEM = {"P": {"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]]}, "blocks": [[-1
 def test_wrong_file(
     run_squid: Run, tmp_path: Path, data: dict, spoil: Callable[[dict], object], words: str
 ) -> None:
-    """What cannot be bounded is refused with one sentence that names the file."""
+    """A problem that cannot be bounded is refused with one sentence that names the file."""
     data = json.loads(json.dumps(data))
     spoil(data)
     assert_refused(*mu(run_squid, tmp_path / "p.json", {"kind": "mu", "data": data}), words)
@@ -636,19 +636,19 @@ def test_wrong_file(
     ],
 )
 def test_wrong_text(run_squid: Run, tmp_path: Path, text: str, words: str) -> None:
-    """So is what is no such file at all."""
+    """Text that is not a problem file is refused likewise."""
     assert_refused(*mu(run_squid, tmp_path / "p.json", text), words)
 
 
 def assert_refused(code: int, report: dict, error: str, words: str) -> None:
-    """Assert one sentence with the file and the words, on both outputs, and exit code 1."""
+    """Assert one sentence with file and text on both outputs, and exit code 1."""
     assert (code, report["status"], report["upper"], report["lower"]) == (1, "error", None, None)
     assert words in report["reason"] and words in error and re.search(r"p\.json(:\d+)?: ", error)
     assert len(error.strip().splitlines()) == 1
 
 
 def test_command_line(run_squid: Run, tmp_path: Path) -> None:
-    """A file that is not there ends with 1 and one object, a wrong command line with 64; --help says what is read."""
+    """A missing file ends with 1 and one object, a wrong command line with 64; --help describes the input."""
     done = run_squid("lpv", "mu", tmp_path / "p.json", "--json")
     assert_refused(done.returncode, json.loads(done.stdout), done.stderr, "there is no such file")
     assert run_squid("lpv", "mu").returncode == 64

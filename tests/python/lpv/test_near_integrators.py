@@ -1,4 +1,4 @@
-"""Plants with poles and zeros at 1e-7 to 1e-5 rad/s beside modes of order 1: gamma, its lower bound, remarks."""
+"""Plants with poles and zeros at 1e-7 to 1e-5 rad/s and modes of order 1: gamma, its lower bound, remarks."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def reports(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> dict[st
 
 @pytest.mark.parametrize("plant", PLANTS, ids=lambda plant: plant["name"])
 def test_gamma_is_that_of_slicot(reports: dict[str, dict], plant: dict) -> None:
-    """Within a thousandth, with a controller whose bound is proved, and no word of weights that are there."""
+    """Gamma agrees to a thousandth, the controller's bound is proved, and no existing weight is reported as missing."""
     report = reports[plant["name"]]
     assert report["status"] == "feasible"
     assert report["gamma"] == pytest.approx(plant["slicot_gamma"], rel=1e-3)
@@ -39,20 +39,20 @@ def test_gamma_is_that_of_slicot(reports: dict[str, dict], plant: dict) -> None:
 
 @pytest.mark.parametrize("plant", PLANTS, ids=lambda plant: plant["name"])
 def test_a_controller_is_proved_near_gamma(reports: dict[str, dict], plant: dict) -> None:
-    """At the back-off of a tenth that is asked, not farther."""
+    """The controller is proved at the requested back-off of a tenth, not farther away."""
     report = reports[plant["name"]]
     assert report["certified_gamma"] <= 1.101 * report["gamma"]
 
 
 @pytest.mark.parametrize("plant", PLANTS, ids=lambda plant: plant["name"])
 def test_no_loop_is_below_the_lower_bound(reports: dict[str, dict], plant: dict) -> None:
-    """What is called impossible is not reached by SLICOT's controller, nor by ours."""
+    """A gain reported as impossible is reached neither by SLICOT's controller nor by ours."""
     report = reports[plant["name"]]
     lower = report["gamma_lower"]
     assert lower is None or lower <= min(plant["slicot_norm"], report["gamma"], report["certified_gamma"])
 
 
 def test_most_lower_bounds_are_proved(reports: dict[str, dict]) -> None:
-    """A bound is worth its proof: within a tenth of gamma on most plants."""
+    """The proved lower bound is useful: within a tenth of gamma on most plants."""
     close = [r for r in reports.values() if r["gamma_lower"] and r["gamma_lower"] > 0.9 * r["gamma"]]
     assert len(close) > len(reports) // 2

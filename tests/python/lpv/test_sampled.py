@@ -1,4 +1,4 @@
-"""`squid lpv sampled`, and what a design says of its loop as it is sampled."""
+"""`squid lpv sampled`, and the sampled loop of a design."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CASES = sorted((ROOT / "tests" / "cases").glob("sd*.json"))
 
 @pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
 def test_published_bounds(run_squid: Run, path: Path) -> None:
-    """They are printed with four decimals."""
+    """The published bounds have four decimals."""
     done = run_squid("lpv", "sampled", path, "--json")
     assert done.returncode == 0, done.stderr
     found, published = json.loads(done.stdout), json.loads(path.read_text("utf-8"))["expected"]

@@ -1,4 +1,4 @@
-"""Random problems with slow and fast modes in bad coordinates, and ones from public reports: gamma and its words."""
+"""Random problems with slow and fast modes in bad coordinates, and problems from public reports."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Synth = Callable[[dict], dict]
 
 @pytest.fixture(scope="module")
 def synth(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Synth:
-    """Return a function that gives the report on a problem, once."""
+    """Return a function that solves each problem once and returns its report."""
     folder: Path = tmp_path_factory.mktemp("problems")
     known: dict[str, dict] = {}
 
@@ -38,7 +38,7 @@ def synth(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Synth:
 
 @pytest.mark.parametrize("problem", SPREAD, ids=lambda problem: problem["name"])
 def test_what_is_said_is_true(synth: Synth, problem: dict) -> None:
-    """All have a controller; no bound is below the least gamma, and what is called the least is near it."""
+    """All have a controller; no bound is below the least gamma, and a gamma reported as least is near it."""
     low, high = problem["least"]
     report = synth(problem)
     if report["status"] == "numerical_failure":
@@ -55,7 +55,7 @@ def test_what_is_said_is_true(synth: Synth, problem: dict) -> None:
 
 
 def test_nearly_all_are_solved(synth: Synth) -> None:
-    """Of 90 at least 81 have a gamma within 1 % of the least and a proved bound within 10 %."""
+    """At least 81 of 90 have a gamma within 1 % of the least and a proved bound within 10 %."""
 
     def solved(problem: dict) -> bool:
         report, high = synth(problem), problem["least"][1]
@@ -67,7 +67,7 @@ def test_nearly_all_are_solved(synth: Synth) -> None:
 
 @pytest.mark.parametrize("problem", REPORTED, ids=lambda problem: problem["name"])
 def test_reported_problems(synth: Synth, problem: dict) -> None:
-    """What other tools could not do: the least gamma to a thousandth, and a proved bound within the back-off."""
+    """Problems that other tools could not solve: least gamma to a thousandth, proved bound within the back-off."""
     report = synth(problem)
     assert report["gamma"] == pytest.approx(problem["least"], rel=1e-3)
     assert report["least"]
@@ -75,7 +75,7 @@ def test_reported_problems(synth: Synth, problem: dict) -> None:
 
 
 def test_a_limit_below_the_least_is_infeasible_and_one_above_is_not(run_squid: Run, tmp_path: Path) -> None:
-    """No false word on either side, 0.2 % from the least gamma; the words say what there is none of."""
+    """No wrong answer on either side, 0.2 % from the least gamma; the text says what does not exist."""
     for problem in REPORTED:
         path = tmp_path / f"{problem['name']}.json"
         path.write_text(json.dumps({"data": problem["data"]}), encoding="utf-8")
@@ -87,7 +87,7 @@ def test_a_limit_below_the_least_is_infeasible_and_one_above_is_not(run_squid: R
 
 
 def test_a_stable_plant_without_a_common_lyapunov_function(run_squid: Run, tmp_path: Path) -> None:
-    """U = 0 stabilises what switches between [-1 -1; 1 -1] and [-1 -7; 1/7 -1]; what is infeasible is said."""
+    """U = 0 stabilises a switch between [-1 -1; 1 -1] and [-1 -7; 1/7 -1]; the report states what is infeasible."""
     plant = {
         "A": [[-1, -4], [4 / 7, -1]], "Bt": [[0, -3], [-3 / 7, 0]], "B1": [[1], [0]], "B2": [[0], [0]],
         "Ct": [[1, 0], [0, 1]], "Dtt": [[0, 0], [0, 0]], "Dt1": [[0], [0]], "Dt2": [[0], [0]],

@@ -1,4 +1,4 @@
-"""The ball around the fit holds the vehicle: linearised and trimmed a second time, at speeds that made neither."""
+"""The ball around the fit contains the vehicle, linearised and trimmed independently at other speeds than the fit's."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ class Design:
 
     @property
     def plant(self) -> dict[str, np.ndarray]:
-        """The generalised plant of the fit."""
+        """Generalised plant of the fit."""
         return {key: np.array(rows, float) for key, rows in self.certificate["plant"].items()}
 
     @property
     def reach(self) -> np.ndarray:
-        """What counts as 1 in each actuator."""
+        """Scale of each actuator."""
         return np.array([actuator["scale"] for actuator in self.controller["actuators"]])
 
     def speeds(self) -> np.ndarray:
-        """Return speeds at random, and the ends of the range."""
+        """Return random speeds, and the ends of the range."""
         ends = [self.controller["scheduling"][end] for end in ("minimum", "maximum")]
         return np.append(np.random.default_rng(1).uniform(*ends, SPEEDS), ends)
 
@@ -56,13 +56,13 @@ class Design:
         rows = np.hstack([p["A"], p["B1"], p["B2"]]) + rho * p["Bt"] @ closed
         whole = np.zeros((4 + len(self.reach), len(right)))
         whole[:4] = rows[:4] @ np.linalg.pinv(right)
-        # Of the references only the rate of the trim enters the lags.
+        # The only reference that enters the lags is the rate of the trim.
         reference_ = len(p["A"]) + int(np.flatnonzero(right[-1, len(p["A"]) :])[0])
         whole[4:, -1] = self.reach * rows[4 : len(whole), reference_] / right[-1, reference_]
         return whole
 
     def true(self, speed: float) -> np.ndarray:
-        """Return [A B x0'; 0 0 u0'] of the vehicle at a speed, by differences of the equations of motion."""
+        """Return [A B x0'; 0 0 u0'] of the vehicle at a speed, by finite differences of the equations of motion."""
         depth, reach = self.file["model"]["depth"], self.reach
         places, steps = [*STATES, *range(6, 6 + len(reach))], [1.0] * 4 + list(reach)
         here = reference.trim(self.vehicle, speed, depth)
@@ -82,7 +82,7 @@ class Design:
         return whole
 
     def place(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return where the model is in [A B1 B2]: left of it, and right, from states, w and u."""
+        """Return the factors by which the model enters [A B1 B2]: left, and right, from states, w and u."""
         p, m, reach = self.plant, len(self.reach), self.reach
         n, w = p["B1"].shape
         frequency = self.controller["reference_filter"]
@@ -113,7 +113,7 @@ def design(packages: Packages) -> Design:
 
 
 def test_the_fit_has_the_slope_of_the_trims(design: Design) -> None:
-    """As the vehicle trims, in the reference plant, so its slope is in the plant that the proof is about."""
+    """The slope of the trims in the plant of the proof is that of the vehicle in the reference plant."""
     units = np.append(np.ones(4), design.reach)
     true, found = (
         np.array([of(speed)[:, -1] for speed in design.speeds()]) / units
@@ -124,7 +124,7 @@ def test_the_fit_has_the_slope_of_the_trims(design: Design) -> None:
 
 
 def test_the_ball_holds_the_vehicle(design: Design) -> None:
-    """A Delta of norm 1 at most makes the plant of the fit that of the vehicle, its trim and its disturbances too."""
+    """A Delta of norm at most 1 turns the plant of the fit into that of the vehicle, with its trim and disturbances."""
     ball = {key: np.array(design.certificate["errors"][0][key], float) for key in ("E", "F", "Fw", "Fu")}
     seen = np.hstack([ball["F"], ball["Fw"], ball["Fu"]])
     left, right = design.place()
@@ -144,7 +144,7 @@ def test_the_ball_holds_the_vehicle(design: Design) -> None:
 
 
 def test_frozen_gains_of_the_vehicle_are_below_the_bound_of_the_ball(design: Design) -> None:
-    """At 101 constant speeds the loop with the true linearisation and the slope of its trim is one of the ball's."""
+    """At 101 constant speeds the loop with the true linearisation and slope of the trim is one of the ball's."""
     gain = design.figures["largest_frozen_gain_truth"]
     assert gain < robust_gain(design.certificate)["gamma"], gain
     assert design.figures["gamma_bound_with_model_error"] == robust_gain(design.certificate)["gamma"]

@@ -1,4 +1,4 @@
-"""The certificate as shipped: proved, refused when tampered with, demanded before anything is packed."""
+"""The shipped certificate: proved, refused after tampering, and required before packing."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def edited(package: Path, copy: Path, name: str, change: Callable[[dict], None])
 
 
 def test_shipped_controllers_are_proved(packages: Packages, run_squid: Run) -> None:
-    """Both FMUs that hold the controller prove, with the residual of the fit."""
+    """Both FMUs with the controller are proved, with the residual of the fit."""
     for package in (packages.controller, packages.loop):
         done = run_squid("verify", package, timeout=10.0)
         assert done.returncode == 0, done.stderr
@@ -48,7 +48,7 @@ def test_shipped_controllers_are_proved(packages: Packages, run_squid: Run) -> N
 
 
 def test_plant_has_nothing_to_verify(squid: Packages, run_squid: Run) -> None:
-    """An FMU without controller is not taken for one that fails."""
+    """An FMU without controller is not reported as a failed proof."""
     done = run_squid("verify", squid.plant)
     assert done.returncode == 1
     assert "nothing to verify" in done.stderr
@@ -58,7 +58,7 @@ def test_plant_has_nothing_to_verify(squid: Packages, run_squid: Run) -> None:
 def test_controller_that_is_not_the_proved_one(
     squid: Packages, run_squid: Run, tmp_path: Path, matrix: str
 ) -> None:
-    """One number of the flown controller changed in its last digits: the proof is of another controller."""
+    """One number of the controller changed in its last digits: the proof belongs to another controller."""
 
     def change(controller: dict) -> None:
         controller["lft"][matrix][0][0] = controller["lft"][matrix][0][0] * (1 + 1e-15) + 1e-300
@@ -69,7 +69,7 @@ def test_controller_that_is_not_the_proved_one(
 
 
 def test_bound_that_is_too_good(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """A lower gamma in both files does not prove, and the failure is named."""
+    """A lower gamma in both files is not proved, and the failure is named."""
 
     def lower(value: dict) -> None:
         if "claims" in value:
@@ -86,7 +86,7 @@ def test_bound_that_is_too_good(squid: Packages, run_squid: Run, tmp_path: Path)
 
 
 def test_certificate_that_lost_the_residual(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """A certified FMU must cover it, and keeps its mark; elsewhere the theorem is of the fit alone."""
+    """A certified FMU must cover the residual, and keeps its mark; otherwise the theorem is for the fit alone."""
     spoilt = edited(
         squid.controller,
         tmp_path / "spoilt.fmu",
@@ -108,7 +108,7 @@ def test_certificate_that_lost_the_residual(squid: Packages, run_squid: Run, tmp
 
 
 def test_certificate_without_residual_is_not_packed(run_squid: Run, stored_design: Path) -> None:
-    """The mark 'certified' stands for the bound with the residual, too."""
+    """The mark 'certified' stands for the bound with the residual."""
     path = stored_design / "certificate.json"
     certificate = without_model_error(json.loads(path.read_text(encoding="utf-8")))
     path.write_text(json.dumps(certificate), encoding="utf-8")
@@ -117,7 +117,7 @@ def test_certificate_without_residual_is_not_packed(run_squid: Run, stored_desig
 
 
 def test_ball_that_leaves_the_vehicle_out_is_not_packed(run_squid: Run, stored_design: Path) -> None:
-    """A smaller ball of models proves all the more, but it no longer holds the true linearisations."""
+    """A smaller ball of models is proved more easily, but no longer contains the true linearisations."""
     path = stored_design / "certificate.json"
     certificate = json.loads(path.read_text(encoding="utf-8"))
     (error,) = certificate["errors"]
@@ -130,7 +130,7 @@ def test_ball_that_leaves_the_vehicle_out_is_not_packed(run_squid: Run, stored_d
 
 
 def test_design_without_proof_is_not_packed(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
-    """Without certificate nothing is written; the flag overrides, and the FMU then says so."""
+    """Without certificate nothing is written; the flag overrides this, and the FMU then says so."""
     vehicle, out = quick_vehicle, tmp_path / "out"
     assert run_squid("design", vehicle, "--no-advise", "--out", out).returncode == 0
     (out / "certificate.json").unlink()
@@ -188,7 +188,7 @@ def test_numbers_beside_the_proof_are_not_packed_when_edited(
     change: Callable[[dict], None],
     key: str,
 ) -> None:
-    """The certificate holds the matrices; scales, trims and sample time follow from vehicle and design file."""
+    """The certificate contains the matrices; scales, trims and sample time follow from vehicle and design file."""
     out = tmp_path / "out"
     out.mkdir()
     for path in squid.controller.parent.glob("*.json"):
@@ -219,7 +219,7 @@ def test_resources_edited_after_packing_are_not_verified(
 def test_verify_against_the_vehicle(
     packages: Packages, run_squid: Run, copied_vehicle: Path, tmp_path: Path
 ) -> None:
-    """With vehicle and design file at hand, all that the FMU flies is computed anew."""
+    """With vehicle and design file everything that the FMU uses is recomputed."""
     of, other = (SQUID, PITCHING) if packages.vehicle == "squid" else (PITCHING, SQUID)
     for file in (packages.controller, packages.loop, packages.controller.parent / "certificate.json"):
         done = run_squid("verify", file, "--vehicle", of)
@@ -233,7 +233,7 @@ def test_verify_against_the_vehicle(
 
 
 def test_the_sampled_certificate_is_of_its_vehicle(stored_design: Path, run_squid: Run) -> None:
-    """Its plant at the ticks is computed again; the controller beside it must be the one in it, to the bit."""
+    """The plant at the ticks is recomputed; the controller next to the certificate must be that in it, to the bit."""
     file = stored_design / "sampled_certificate.json"
     done = run_squid("verify", file, "--vehicle", SQUID)
     assert done.returncode == 0 and "PROVED" in done.stdout, done.stderr
@@ -252,12 +252,12 @@ def test_the_sampled_certificate_is_of_its_vehicle(stored_design: Path, run_squi
 
 
 def amplify(controller: dict) -> None:
-    """Fifty times the gain of a measurement."""
+    """Multiply the gain of a measurement by fifty."""
     controller["controller_inputs"][0]["scale"] /= 50
 
 
 def widen(controller: dict) -> None:
-    """An acceleration that the vehicle does not give."""
+    """Claim an acceleration that the vehicle does not have."""
     limits = controller["envelope"]["speed"]["rate"]
     limits[1][0] *= 1.1
 
@@ -273,7 +273,7 @@ def test_a_controller_changed_under_a_fitting_guid(
     change: Callable[[dict], None],
     key: str,
 ) -> None:
-    """Whoever changes a scale can change the GUID as well: what the vehicle file says shows it."""
+    """Whoever changes a scale can change the GUID as well; the vehicle file reveals it."""
     spoilt = edited(squid.controller, tmp_path / "spoilt.fmu", "controller.json", change)
     with pytest.raises(Exception, match="instantiate"):
         Slave(spoilt, "spoilt")
@@ -306,7 +306,7 @@ def test_a_controller_changed_under_a_fitting_guid(
 def test_an_archive_that_tools_unpack_differently(
     squid: Packages, run_squid: Run, tmp_path: Path, name: str
 ) -> None:
-    """What is proved must be what is flown, whichever of two entries a tool unpacks last."""
+    """The proved controller must be the one in use, whichever of two entries a tool unpacks last."""
     spoilt = tmp_path / "spoilt.fmu"
     shutil.copy(squid.controller, spoilt)
     with zipfile.ZipFile(spoilt, "a") as package:
@@ -317,7 +317,7 @@ def test_an_archive_that_tools_unpack_differently(
 
 
 def test_a_guid_beside_the_attribute_does_not_count(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """Where the attribute is another one, the right GUID in a comment does not help."""
+    """If the attribute differs, the right GUID in a comment does not help."""
     guid = fmpy.read_model_description(squid.controller).guid.encode()
 
     def shift(xml: bytes) -> bytes:
@@ -331,7 +331,7 @@ def test_a_guid_beside_the_attribute_does_not_count(squid: Packages, run_squid: 
 def test_a_description_edited_after_packing_is_not_verified(
     squid: Packages, run_squid: Run, tmp_path: Path
 ) -> None:
-    """A tool that sends its start values would fly another mass."""
+    """A tool that sends its start values would simulate another mass."""
 
     def burden(xml: bytes) -> bytes:
         heavier, count = re.subn(rb'(name="mass".*?start=")[0-9.]+', rb"\g<1>90.0", xml, count=1, flags=re.S)
@@ -344,7 +344,7 @@ def test_a_description_edited_after_packing_is_not_verified(
 
 
 def test_what_is_no_fmu_is_told(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """An archive by another name is read as one; every message names its file."""
+    """An archive with another extension is read as one; every message names its file."""
     other = tmp_path / "controller.zip"
     shutil.copy(squid.controller, other)
     assert run_squid("verify", other).returncode == 0
@@ -379,7 +379,7 @@ def diagonal(values: list[float]) -> list[list[float]]:
 
 
 def test_a_plant_that_overflows_is_not_this_plant(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """Channels of 1e157 that nothing sees: a true theorem, but in floating point the plant is no number."""
+    """Channels of 1e157 without effect: a true theorem, but in floating point the plant overflows."""
     out = tmp_path / "out"
     certificate, controller = squid_design(squid, out)
     plant, law = certificate["plant"], certificate["controller"]
@@ -428,7 +428,7 @@ def test_a_plant_that_overflows_is_not_this_plant(squid: Packages, run_squid: Ru
 
 
 def test_a_ball_that_overflows_holds_nothing(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """An E so small that its inverse is infinite proves as much as no ball at all."""
+    """An E so small that its inverse is infinite proves no more than the absence of a ball."""
     out = tmp_path / "out"
     certificate, _ = squid_design(squid, out)
     (ball,) = certificate["errors"]
@@ -455,14 +455,14 @@ def test_blocks_of_nothing_are_refused(squid: Packages, run_squid: Run, tmp_path
 def test_certificate_of_another_design_is_not_packed(
     remus100: Packages, run_squid: Run, stored_design: Path
 ) -> None:
-    """A certificate that proves, but for another controller, does not help."""
+    """A valid certificate of another controller does not help."""
     shutil.copy(remus100.controller.parent / "certificate.json", stored_design / "certificate.json")
     done = run_squid("package", SQUID, "--out", stored_design)
     assert done.returncode == 1 and "does not belong to this controller" in done.stderr
 
 
 def test_proof_of_another_plant_is_not_packed(run_squid: Run, stored_design: Path) -> None:
-    """Outputs made small make a certificate that proves; but it is not of this vehicle and these weights."""
+    """Outputs scaled down give a valid certificate, but not of this vehicle and these weights."""
     path = stored_design / "certificate.json"
     certificate = json.loads(path.read_text(encoding="utf-8"))
     for key in ("C1", "D1t", "D11", "D12"):

@@ -22,7 +22,7 @@ EVERY_STATE = ROOT / "tests" / "certificates" / "squid_every_state.json"
 
 
 def moving(c: dict) -> list[int]:
-    """Return the states that controls or Delta move, also by channels, and that channels, Delta or measurements see."""
+    """Return the states that controls, Delta or channels drive, and that channels, Delta or measurements observe."""
     p, ball = {k: np.array(m, float) for k, m in c["plant"].items()}, c["errors"][0]
     n, r = len(p["A"]), len(p["Ct"])
 
@@ -40,9 +40,9 @@ def moving(c: dict) -> list[int]:
 
 
 class Flow:
-    """Rows x', zt, z_D and u of the loop, columns x, wt, phi, r; x and u from what they are while r is held; and E.
+    """Rows x', zt, z_D and u of the loop, columns x, wt, phi, r; x and u relative to those under constant r; and E.
 
-    The saturated rates are among u, and their excess over the limits among phi.
+    The limited rates are among u, and their excess over the limits among phi.
     """
 
     def __init__(self, c: dict) -> None:
@@ -138,7 +138,7 @@ def why_not(c: dict) -> str | None:
 
 @pytest.fixture(scope="module", params=["everywhere", "region", "rate"])
 def certificate(request: pytest.FixtureRequest, remus100: Packages, rate_limited: Packages) -> dict:
-    """Return a certificate of Squid about every state, and those of REMUS 100, about a region."""
+    """Return a certificate of Squid for all states, and those of REMUS 100, for a region."""
     of = {"region": remus100.folder, "rate": rate_limited.folder}
     path = EVERY_STATE if request.param == "everywhere" else of[request.param] / "certificate.json"
     found = json.loads(path.read_text(encoding="utf-8"))
@@ -156,7 +156,7 @@ def test_independent_check_agrees(certificate: dict) -> None:
 
 
 def times(key: str, factor: float) -> Callable[[dict], None]:
-    """Return a change of all numbers of a key."""
+    """Return a function that multiplies all numbers of a key."""
 
     def change(claimed: dict) -> None:
         old = np.array(claimed[key], float) * factor
@@ -196,7 +196,7 @@ def test_what_is_tampered_with_is_refused(
     within: bool,
     everywhere: bool,
 ) -> None:
-    """The command and the independent check agree on each change; limits do not count where every state does."""
+    """Command and independent check agree on each change; limits do not matter if the claim covers every state."""
     holds = within if np.any(claim(certificate, "limits")["H"]) else everywhere
     changed = copy.deepcopy(certificate)
     change(claim(changed, "limits"))
@@ -212,7 +212,7 @@ def test_what_is_tampered_with_is_refused(
 
 
 def test_the_linear_model_flies_as_claimed(certificate: dict) -> None:
-    """A step of the proved size, held and taken back; speed and model error do at each instant what raises V most."""
+    """A step of the proved size, held and reversed; speed and model error maximise V' at each instant."""
     claimed, flow = claim(certificate, "limits"), Flow(certificate)
     n, r, m = flow.n, flow.r, flow.m
     moved, seen, error, u = (row.astype(float) for row in flow.rows)
@@ -235,7 +235,7 @@ def test_the_linear_model_flies_as_claimed(certificate: dict) -> None:
     assert all(np.abs(rows[:, n + commands_alone : n + m]).max(initial=0) == 0 for _, _, rows in tables)
 
     def worst(state: np.ndarray, step: float) -> tuple[float, np.ndarray, float]:
-        """Return V' and x' for the worst speed and Delta, and how far a command is beyond its limit there."""
+        """Return V' and x' for the worst speed and Delta, and the excess of a command over its limit there."""
         gradient, found = 2.0 * x @ state, (-np.inf, state, 0.0)
         for rates, errors, out in tables:
             known = np.concatenate([state, np.zeros(m), [step]])
@@ -268,7 +268,7 @@ def test_the_linear_model_flies_as_claimed(certificate: dict) -> None:
 
 
 def test_an_autopilot_with_another_gain_is_refused(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """The claim is about the anti-windup in the file; the FMU must have that, and actuators that go as far."""
+    """The claim is for the anti-windup in the file; the FMU must have it, and actuators with at least these limits."""
 
     def other_gain(controller: dict, _: dict) -> None:
         controller["anti_windup"][0][0] = 0.0
@@ -295,7 +295,7 @@ def test_an_autopilot_with_another_gain_is_refused(squid: Packages, run_squid: R
 def test_limits_wider_than_those_of_the_vehicle_are_refused(
     remus100: Packages, run_squid: Run, tmp_path: Path
 ) -> None:
-    """All of one degree in size and limits, beta of two: proved of wider limits, and of no vehicle with narrower."""
+    """Size and limits scale with degree one, beta with two: a claim proved for wider limits is not this vehicle's."""
     certificate = json.loads((remus100.folder / "certificate.json").read_text(encoding="utf-8"))
     claimed = claim(certificate, "limits")
     claimed["size"] *= 8.0
@@ -312,7 +312,7 @@ def test_limits_wider_than_those_of_the_vehicle_are_refused(
 def test_a_faster_rate_than_that_of_the_vehicle_is_refused(
     rate_limited: Packages, run_squid: Run, tmp_path: Path
 ) -> None:
-    """A claim is about the vehicle with the limits on its rates, and no wider ones."""
+    """A claim is for the vehicle with these rate limits, not with wider ones."""
     vehicle, out = with_rate(tmp_path / "remus100"), tmp_path / "out"
     out.mkdir()
     for path in rate_limited.folder.glob("*.json"):

@@ -1,4 +1,4 @@
-"""The certificate for constant coefficients, checked independently, in decimals of 120 digits."""
+"""The certificate for constant coefficients, checked independently in decimals of 120 digits."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def certificate() -> dict:
 
 
 def test_independent_check_agrees(certificate: dict) -> None:
-    """The conditions of docs/constant.md hold, and no longer once gamma is below what it can be."""
+    """The conditions of docs/constant.md hold, and fail if gamma is too small."""
     with localcontext() as context:
         context.prec = DIGITS
         assert certificate["format"] == "lpv-certificate/1"
@@ -145,7 +145,7 @@ def test_frozen_loops_keep_the_gain(certificate: dict) -> None:
 
 
 def first_order(rate: float) -> dict:
-    """Return a certificate, by hand, for x' = (delta/2 - 1) x + w, z = x, with delta no faster than a rate."""
+    """Return an explicit certificate for x' = (delta/2 - 1) x + w, z = x, with a rate limit of delta."""
     one, zero = [[1.0]], [[0.0]]
     zeroed = dict.fromkeys(("Dtt", "Dt1", "Dt2", "D1t", "D11", "D12", "D2t", "D21"), zero)
     ports = {"A": zero, "Bt": [[0.5]], "B1": one, "B2": one, "Ct": one, "C1": one, "C2": one}
@@ -182,7 +182,7 @@ def first_order(rate: float) -> dict:
 
 @pytest.mark.parametrize(("rate", "reason"), [(0.5, None), (2.0, "the main inequality")])
 def test_a_bounded_rate(rate: float, reason: str | None, run_squid: Run, tmp_path: Path) -> None:
-    """The independent check and `squid verify` agree on a parameter that changes slowly, and on one too fast."""
+    """Independent check and `squid verify` agree on a slow parameter, and on one that is too fast."""
     with localcontext() as context:
         context.prec = DIGITS
         assert why_not(first_order(rate)) == reason
@@ -212,7 +212,7 @@ def test_command_proves_and_refuses(certificate: dict, run_squid: Run, tmp_path:
 
 @pytest.mark.night
 def test_certificate_is_of_its_vehicle(run_squid: Run, tmp_path: Path) -> None:
-    """`squid verify --vehicle` accepts what `squid design --constant` made, and no other plant and no smaller ball."""
+    """`squid verify --vehicle` accepts the result of `squid design --constant`, but no other plant or smaller ball."""
     made = designed(run_squid, SQUID, "--constant")
     printed = (made / "design.txt").read_text(encoding="utf-8")
     (share,) = re.findall(r"([\d.]+) % of their declared ranges", printed)

@@ -1,4 +1,4 @@
-"""Arrows that must never exist between the crates, circles between the files of one, and folders that are too full."""
+"""Forbidden dependencies between crates, cycles between files of a crate, and folders with too many files."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def test_arrow_does_not_exist(crate: str) -> None:
 
 
 def test_the_arrows_that_do_exist_are_seen() -> None:
-    """The test above can fail: it sees the arrows that are there."""
+    """The test above can fail: it sees dependencies that exist."""
     assert {"squid-lpv", "squid-auv", "squid-fmi2", "clarabel", "squid-design"} <= reached_from("squid")
     assert {"squid-auv", "squid-fmi2"} <= reached_from("squid-fmu-plant")
 
@@ -142,12 +142,12 @@ def test_the_arrows_that_do_exist_are_seen() -> None:
     "file", ["crates/python/src/plants.rs", "crates/python/src/job.rs", "tools/src/verbs/lpv.rs"]
 )
 def test_problems_of_any_plant_pass_no_vehicle(file: str) -> None:
-    """Command and Python package know vehicles, but not on the way to a problem of any plant."""
+    """Command and Python package depend on vehicles, but not on the path to a general problem."""
     assert not re.search(r"\b(squid_design|squid_auv)::", (ROOT / file).read_text(encoding="utf-8"))
 
 
 def test_every_forbidden_crate_exists() -> None:
-    """A misspelt name would never be reached."""
+    """A misspelt name would never be found."""
     words = ["cargo", "metadata", "--format-version", "1"]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
     known = {package["name"] for package in json.loads(done.stdout)["packages"]}
@@ -161,7 +161,7 @@ def test_nothing_needs_fortran_cmake_or_libclang() -> None:
 
 
 def with_features(*of: str) -> set[str]:
-    """Return all packages that cargo compiles for something, each with its features."""
+    """Return all packages that cargo compiles for some packages, each with its features."""
     words = ["cargo", "tree", *of, "--prefix", "none", "--format", "{p} {f}"]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
     return {line.removesuffix(" (*)") for line in done.stdout.splitlines() if line}
@@ -169,7 +169,7 @@ def with_features(*of: str) -> set[str]:
 
 @pytest.mark.parametrize("package", ["squid", "squid-python"])
 def test_what_ships_is_built_of_the_crates_that_the_tests_are_built_of(package: str) -> None:
-    """A feature that the tests alone ask of a crate has all that use it compiled twice."""
+    """A feature that only tests request makes all dependents compile twice."""
     shipped = with_features("--package", package, "--edges", "normal,build")
     assert shipped <= with_features("--workspace", "--edges", "normal,build,dev")
 
@@ -195,7 +195,7 @@ def test_no_circle_between_files(member: Path) -> None:
     ],
 )
 def test_a_circle_is_seen(tmp_path: Path, one: str, expected: list[str]) -> None:
-    """By the path to the file, by a name that lib.rs re-exports, and by an alias; not in words or tests."""
+    """Cycles through a file path, a name re-exported by lib.rs, and an alias are seen; not those in text or tests."""
     texts = {
         "lib.rs": "mod one; mod two; mod three; mod inner; pub use two::Thing;",
         "one.rs": one,

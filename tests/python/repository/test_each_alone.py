@@ -1,4 +1,4 @@
-"""Each FMU by itself, in FMPy's own simulation loop."""
+"""Each FMU alone, in FMPy's simulation loop."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.change
 
 
 def test_plant_holds_its_trim(packages: Packages) -> None:
-    """With the thrusts of trim held, nothing but rounding moves an open-loop stable vehicle out of it."""
+    """With the trim commands held, only rounding moves an open-loop stable vehicle out of trim."""
     description = read_model_description(packages.plant)
     names = [v.name for v in description.modelVariables if v.causality == "output"]
     at_start = simulate_fmu(packages.plant, stop_time=0.01, output=names)
@@ -30,7 +30,7 @@ def test_plant_holds_its_trim(packages: Packages) -> None:
 
 
 def test_controller_at_rest_commands_the_trim(packages: Packages) -> None:
-    """Its default inputs are level flight, so its errors are zero and the feedforward alone is left."""
+    """The default inputs are level flight, so the errors are zero and only the feedforward remains."""
     flown = simulate_fmu(packages.controller, stop_time=5.0, output_interval=sample_time(packages))
     for name, (low, high) in limits(packages).items():
         assert np.ptp(flown[name]) < 1e-9 * (high - low)
@@ -39,7 +39,7 @@ def test_controller_at_rest_commands_the_trim(packages: Packages) -> None:
 
 
 def test_controller_pushes_the_right_way(squid: Packages) -> None:
-    """The lower thruster lifts the bow, the upper ones lower it; all of them push ahead."""
+    """The lower thruster raises the bow, the upper ones lower it; all push forward."""
     wanted = {"pitch": 0.0, "pitch_reference": 0.05}
     up = simulate_fmu(squid.controller, stop_time=1.0, start_values=wanted)
     level = simulate_fmu(squid.controller, stop_time=1.0, start_values={"pitch": 0.0, "pitch_reference": 0.0})

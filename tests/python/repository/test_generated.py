@@ -1,4 +1,4 @@
-"""The committed generated files are those that the program makes; `python3 run.py freeze` makes them anew."""
+"""The committed generated files are current; `python3 run.py freeze` regenerates them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def load(path: Path) -> dict:
 
 @pytest.fixture(scope="module")
 def both(squid: Packages) -> tuple[Path, Path]:
-    """Return the committed design, and the same derived anew: by the main job, with this command and these files."""
+    """Return the committed design, and the same derived anew by the main job, with this command and these files."""
     assert VEHICLE == "squid"
     assert (FROZEN / "controller.json").is_file(), f"{FROZEN} holds no design; {REMEDY}"
     return FROZEN, squid.folder
@@ -63,7 +63,7 @@ def test_plant_and_manoeuvre_are_fresh(both: tuple[Path, Path]) -> None:
 
 
 def test_controller_is_fresh(both: tuple[Path, Path]) -> None:
-    """Gamma and what the matrices do to the accuracy of the solver, all else to the rounding."""
+    """Gamma and its matrices agree to the accuracy of the solver, all else to rounding."""
     one, other = (load(folder / "controller.json") for folder in both)
     lfts = [one.pop("lft"), other.pop("lft")]
     assert_close(one.pop("gamma"), other.pop("gamma"), SOLVER_ACCURACY, "gamma")
@@ -94,7 +94,7 @@ def test_a_changed_controller_is_seen(both: tuple[Path, Path]) -> None:
 def test_figures_are_fresh(both: tuple[Path, Path]) -> None:
     one, other = (load(folder / "design.json") for folder in both)
     for figures in (one, other):
-        # How clearly the inequality holds is next to nothing, and only its sign counts.
+        # The margin of the inequality is tiny, and only its sign counts.
         assert figures.pop("largest_eigenvalue") < 0.0
     for key in ("model_error", "gamma_bound_with_model_error", "fastest_controller_mode", "verdict"):
         assert_close(one.pop(key), other.pop(key), SPREAD, key)
@@ -102,7 +102,7 @@ def test_figures_are_fresh(both: tuple[Path, Path]) -> None:
 
 
 def test_model_descriptions_are_fresh(run_squid: Run, tmp_path: Path) -> None:
-    """To the byte: they come from the committed design, without the solver."""
+    """The bytes agree, because they follow from the committed design without the solver."""
     done = run_squid("package", ROOT / "vehicles" / VEHICLE, "--out", FROZEN, "--descriptions", tmp_path)
     assert done.returncode == 0, done.stderr
     made = sorted(tmp_path.glob("*.xml"))

@@ -1,4 +1,4 @@
-"""The licences that travel inside the FMUs are those of what is compiled in."""
+"""The licences in the FMUs are those of the compiled crates."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.change
 
 @pytest.mark.parametrize("shipped", [licences.FMUS, licences.WHEEL], ids=["FMUs", "wheel"])
 def test_the_committed_file_is_fresh(shipped: licences.Shipped) -> None:
-    """`python3 run.py freeze` writes it anew."""
+    """`python3 run.py freeze` regenerates it."""
     assert shipped.file.read_text(encoding="utf-8") == licences.text(shipped)
 
 

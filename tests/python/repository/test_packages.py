@@ -11,7 +11,7 @@ pytestmark = pytest.mark.night
 
 
 def test_cargo_packages_every_crate() -> None:
-    """All that a crate is built of lies in its folder, and each crate that it needs can be published, too."""
+    """The sources of a crate are in its folder, and all its dependencies can be published, too."""
     words = ["cargo", "package", "--workspace", "--no-verify", "--allow-dirty"]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

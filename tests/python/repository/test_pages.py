@@ -1,4 +1,4 @@
-"""The front page is short, links between the pages lead somewhere, and the hosted workflow runs what it says."""
+"""The front page is short, links between pages resolve, and the hosted workflow runs what it says."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def pages() -> list[Path]:
 
 
 def anchors(page: Path) -> set[str]:
-    """Return the anchors of the headings of a page, as hosts of repositories make them."""
+    """Return the anchors of a page's headings, as hosts of repositories make them."""
     headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 

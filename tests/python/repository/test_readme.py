@@ -1,4 +1,4 @@
-"""The example in docs/plants.md: what it says is typed, and what it says comes out."""
+"""The example in docs/plants.md: its commands run, and give its output."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SOLVER_ACCURACY = 1e-4
 
 
 def blocks_of_the_example() -> tuple[str, list[list[str]], list[str]]:
-    """Return problem file, commands and output of the section about synthesis."""
+    """Return problem file, commands and output of the section on synthesis."""
     page = (ROOT / "docs" / "plants.md").read_text(encoding="utf-8")
     section = page.split("\n## Synthesis\n")[1].split("\n## ")[0]
     problem, commands, output = (

@@ -1,4 +1,4 @@
-"""Each test is in a tier: what a change needs, or what is run every night besides."""
+"""Each test has a tier: needed for a change, or run only every night."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_a_test_of_no_tier_is_refused(tmp_path: Path) -> None:
 
 
 def test_what_rust_ignores_is_run_at_night() -> None:
-    """`cargo test -- --include-ignored` is what `run.py test --all` runs."""
+    """`cargo test -- --include-ignored` is the command of `run.py test --all`."""
     sources = [path for path in ROOT.glob("**/*.rs") if not {"target", "build"} & set(path.parts)]
     ignored = {path: IGNORED.findall(path.read_text(encoding="utf-8")) for path in sources}
     assert not {path: found for path, found in ignored.items() if found}

@@ -1,10 +1,10 @@
-"""The claims of a certificate."""
+"""Claims of a certificate."""
 
 from __future__ import annotations
 
 
 def claims(certificate: dict, kind: str) -> list[dict]:
-    """Return the claims of a kind; of `gain` and `rate`, that without model error is first."""
+    """Return the claims of a kind; for `gain` and `rate`, that without model error is first."""
     return [claim[kind] for claim in certificate["claims"] if kind in claim]
 
 
@@ -19,13 +19,13 @@ def robust_gain(certificate: dict) -> dict:
 
 
 def without_limits(certificate: dict) -> dict:
-    """Return the certificate without its claim with limits, which needs the model error; changed in place."""
+    """Return the certificate without its claim with limits, which needs the model error; changes it in place."""
     certificate["claims"] = [one for one in certificate["claims"] if "limits" not in one]
     return certificate
 
 
 def without_model_error(certificate: dict) -> dict:
-    """Return the certificate without the claims that cover the model error; changed in place."""
+    """Return the certificate without the claims that cover the model error; changes it in place."""
     del without_limits(certificate)["errors"]
     certificate["claims"] = [
         one for one in certificate["claims"] if not any("lambda" in matrices for matrices in one.values())

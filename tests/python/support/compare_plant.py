@@ -1,6 +1,7 @@
-"""Flies the plant FMU beside the independent equations of motion, and returns how far apart they end up.
+"""Compare the plant FMU with the independent equations of motion, and return the differences at the end.
 
-The flight is of 60 s from trim: steps of the first actuator, also beyond its limit, in a current that turns and ends.
+The simulation takes 60 s from trim: steps of the first actuator, also beyond its limit, in a current that turns and
+ends.
 """
 
 from pathlib import Path
@@ -16,12 +17,12 @@ MOTION = ["speed", "heave", "pitch_rate", "pitch", "distance", "depth"]
 
 
 def outputs_of(vehicle):
-    """Names of the FMU's outputs in the order of the reference's state."""
+    """Return the names of the FMU's outputs in the order of the reference's state."""
     return MOTION + [f"{actuator.name}_output" for actuator in vehicle.actuators]
 
 
 def manoeuvre(vehicle, start):
-    """Sixty seconds of steps; each step is a fifth of the first actuator's reach, or beyond its limit."""
+    """Return sixty seconds of steps, each a fifth of the first actuator's range, or beyond its limit."""
     trim = start[6:]
     step = np.zeros(len(trim))
     step[0] = 0.2 * vehicle.actuators[0].max
@@ -41,9 +42,9 @@ def manoeuvre(vehicle, start):
 
 
 def fly_fmu(path, vehicle, speed, depth, legs, step, parameters=None):
-    """Flies the FMU with a communication step, from its own trim; returns times and outputs.
+    """Simulate the FMU with a communication step, from its own trim; return times and outputs.
 
-    Of what a leg changes the FMU is told what can be changed in flight; the mass follows the weight.
+    Only tunable parameters of a leg are set in the FMU; the mass follows the weight.
     """
     times = np.round(np.arange(round(legs[-1].end / step) + 1) * step, 9)
     with Slave(Path(path), "plant") as plant:
@@ -71,7 +72,7 @@ def fly_fmu(path, vehicle, speed, depth, legs, step, parameters=None):
 
 
 def differences(path, vehicle, speed=1.75, depth=50.0, step=0.02, parameters=None):
-    """The greatest difference of each output over the manoeuvre, and how far the pitch travelled, in rad."""
+    """Return the largest difference of each output over the manoeuvre, and the range of the pitch, in rad."""
     vehicle = vehicle.changed(**(parameters or {}))
     start = reference.trim(vehicle, speed, depth)
     legs = manoeuvre(vehicle, start)

@@ -1,4 +1,4 @@
-"""Matrices of decimals, and the closed loop of a certificate in them: what the independent checks share."""
+"""Matrices of decimals, and the closed loop of a certificate in them, shared by the independent checks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ DIGITS = 120
 
 
 def exact(rows: list[list[float]], columns: int | None = None) -> np.ndarray:
-    """Return a matrix of decimals; every float is one."""
+    """Return a matrix of decimals, which represent every float exactly."""
     width = len(rows[0]) if rows and columns is None else columns or 0
     out = np.full((len(rows), width), Decimal(0), dtype=object)
     for i, row in enumerate(rows):
@@ -26,7 +26,7 @@ def zeros(rows: int, columns: int) -> np.ndarray:
 
 
 def is_positive(m: np.ndarray) -> bool:
-    """Decide by Cholesky's elimination whether a symmetric matrix is positive definite."""
+    """Return True if a symmetric matrix is positive definite, by Cholesky's elimination."""
     a = m.copy()
     for k in range(len(a)):
         if a[k, k] <= 0:
@@ -54,7 +54,7 @@ class Loop(NamedTuple):
 
 
 def _matrices(parts: dict, square: dict[str, str], *others: str) -> dict[str, np.ndarray]:
-    """Return matrices that may have no rows: `square` names those with as many columns as one of them has rows."""
+    """Return matrices that may have no rows: `square` names those with as many columns as another has rows."""
     columns = {key: len(parts[rows]) for rows, keys in square.items() for key in keys.split()}
     for keys in others:
         width = max((len(parts[key][0]) for key in keys.split() if parts.get(key)), default=0)

@@ -1,4 +1,4 @@
-"""The autopilot in C that `squid export` writes: compiled for this and other machines, and flown in place of an FMU."""
+"""The C autopilot of `squid export`: compiled for this and other machines, and simulated in place of an FMU."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def gcc() -> list[str | Path]:
 
 
 def clang(*target: str) -> list[str | Path]:
-    """Return the command of clang, as Zig has it, without what Zig adds of its own."""
+    """Return the command of Zig's clang, without Zig's own additions."""
     return [platforms.tools().python, "-m", "ziglang", "cc", "-fno-sanitize=all", *target]
 
 
@@ -42,7 +42,7 @@ def arm_gcc() -> list[str | Path]:
 
 
 def call(*words: str | Path | int) -> str:
-    """Run a program that must succeed, and return what it says."""
+    """Run a program that must succeed, and return its output."""
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{words}\n{done.stdout}{done.stderr}"
     return done.stdout
@@ -66,16 +66,16 @@ class Exported:
 
     @property
     def header(self) -> Path:
-        """The header."""
+        """Path of the header."""
         return self.folder / f"{self.name}.h"
 
     @property
     def source(self) -> Path:
-        """The source."""
+        """Path of the source."""
         return self.folder / f"{self.name}.c"
 
     def members(self, struct: str) -> list[str]:
-        """Return the names of the numbers in a struct of the header, in their order."""
+        """Return the names of the numbers in a struct of the header, in order."""
         text = self.header.read_text(encoding="utf-8").split(f"}} {self.name}_{struct};")[0]
         return re.findall(rf"{self.name}_real (\w+);", text.rsplit("typedef struct {", 1)[1])
 
@@ -86,11 +86,11 @@ class Exported:
         return float(int(found, 16) if found.startswith("0x") else found)
 
     def has(self, name: str) -> bool:
-        """Whether the header has a constant."""
+        """Return True if the header has a constant."""
         return re.search(rf"#define \w+?_{name} ", self.header.read_text(encoding="utf-8")) is not None
 
     def without_noise(self) -> Exported:
-        """Let measurements stay the same for ever, as those of a simulation do in trim."""
+        """Disable the check for constant measurements, which are those of a simulation in trim."""
         text = self.source.read_text(encoding="utf-8")
         text, count = re.subn(r"(sensor SENSOR_\w+ = {.*, \d+u, )\d+u", rf"\g<1>{NEVER}u", text)
         assert count == sum(name.endswith("_age") for name in self.members("inputs"))
@@ -98,7 +98,7 @@ class Exported:
         return self
 
     def ticks(self) -> list[str]:
-        """Return the options by which a driver makes its random ticks."""
+        """Return the options that define a driver's random ticks."""
         names = self.members("inputs")
         signals = ["age" if name.endswith("_age") else name.removesuffix("_reference") for name in names]
         middle = (self.constant("SPEED_MINIMUM") + self.constant("SPEED_MAXIMUM")) / 2.0
@@ -133,8 +133,8 @@ class Exported:
     ) -> Path:
         """Compile a driver and the source into a folder, and link both.
 
-        The source is compiled as by a user who knows nothing of floating point. The driver makes the same numbers
-        everywhere only where no product and sum are fused.
+        The source is compiled with a user's plain options. The driver gives the same numbers everywhere only if
+        products and sums are not fused.
         """
         own, source = to / f"{driver}.o", to / f"{self.name}.o"
         plain = [*compiler, "-O2", "-std=c99", "-Wall", "-Wextra", "-Werror"]
@@ -145,7 +145,7 @@ class Exported:
 
 
 class Shell:
-    """The compiled autopilot behind the functions of FMPy's FMU, so that the master flies it."""
+    """The compiled autopilot with the functions of FMPy's FMU, so that the master can step it."""
 
     def __init__(self, exported: Exported, references: dict[str, int]) -> None:
         library = exported.folder / "autopilot.so"
@@ -179,7 +179,7 @@ class Shell:
         return [self.given[self.outputs.index(self.names[number])] for number in references]
 
     def exitInitializationMode(self) -> None:  # noqa: N802 - as in FMPy
-        """Restart at the present inputs."""
+        """Restart with the current inputs."""
         self.call("reset", self.state, self.taken, self.given)
         self.is_ready = True
 
@@ -188,7 +188,7 @@ class Shell:
         self.call("step", self.state, self.taken, self.given)
 
     def __getattr__(self, name: str) -> Callable[..., None]:
-        """Do nothing where the FMU has something to begin or to end."""
+        """Return a function that does nothing, for calls that only an FMU needs."""
         if name not in ("setupExperiment", "enterInitializationMode", "terminate", "freeInstance"):
             raise AttributeError(name)
         return lambda **_: None

@@ -1,4 +1,4 @@
-"""Flights through the FMUs that several tests need."""
+"""Simulations of the FMUs that several tests share."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STEP_TIME = 5.0
 
 
 def figures_of(run_squid: Run, flown: Signals, folder: Path) -> dict:
-    """Return what `squid plot --json` reads off a flight."""
+    """Return the figures that `squid plot --json` computes for a record."""
     record = folder / "flown.csv"
     columns = np.column_stack([*flown.values()])
     np.savetxt(record, columns, fmt="%.17g", delimiter=",", header=",".join(flown), comments="")
@@ -27,12 +27,12 @@ def figures_of(run_squid: Run, flown: Signals, folder: Path) -> dict:
 
 
 def turns(packages: Packages) -> bool:
-    """Return whether the vehicle moves in six degrees of freedom."""
+    """Return True if the vehicle moves in six degrees of freedom."""
     return any(v.name == "heading" for v in read_model_description(packages.plant).modelVariables)
 
 
 def place(packages: Packages) -> tuple[str, ...]:
-    """Return the outputs that say where the vehicle is."""
+    """Return the outputs for the position of the vehicle."""
     return ("depth", "north", "east", "heading") if turns(packages) else ("depth", "distance")
 
 
@@ -48,7 +48,7 @@ def sample_time(packages: Packages) -> float:
 
 
 def engagement(packages: Packages) -> set[str]:
-    """Return the inputs of the controller that say what the actuators get, from whom, and which sensors are valid."""
+    """Return the inputs of the controller for applied commands, engagement, and validity of sensors."""
     inputs = [
         v.name for v in read_model_description(packages.controller).modelVariables if v.causality == "input"
     ]
@@ -68,7 +68,7 @@ def limits(packages: Packages) -> dict[str, tuple[float, float]]:
 
 
 def pitch_step(packages: Packages, speed: float, height: float, duration: float, **values: float) -> Signals:
-    """Fly a lasting pitch step (rad) from trim at a speed (m/s), plant and controller coupled; the speed is to stay."""
+    """Simulate a permanent pitch step (rad) from trim at a constant speed (m/s), plant and controller coupled."""
     flown, start = _step(packages, speed, {"pitch": height}, duration, **values)
     flown["pitch_done"] = (flown["pitch"] - start["pitch"]) / height
     flown["speed_error"] = flown["speed"] - start["speed"]
@@ -76,7 +76,7 @@ def pitch_step(packages: Packages, speed: float, height: float, duration: float,
 
 
 def speed_step(packages: Packages, speed: float, height: float, duration: float) -> Signals:
-    """Fly a lasting speed step (m/s) from trim at a speed (m/s), plant and controller coupled."""
+    """Simulate a permanent speed step (m/s) from trim at a speed (m/s), plant and controller coupled."""
     flown, start = _step(packages, speed, {"speed": height}, duration)
     flown["speed_done"] = (flown["speed"] - start["speed"]) / height
     return flown
@@ -105,7 +105,7 @@ def fly_alone(
     values: Mapping[str, float] | None = None,
     inputs: Callable[[float], Mapping[str, float]] | None = None,
 ) -> Signals:
-    """Fly one FMU from its own start with a communication step (s) and inputs over time, to the end exactly."""
+    """Simulate one FMU from its own start with a communication step (s) and inputs over time, exactly to the end."""
     with Slave(fmu, "alone") as slave:
         slave.begin(values)
         slave.ready()

@@ -1,4 +1,4 @@
-"""The importer of the FMI++ Library, compiled from its sources on PyPI with the headers of Boost from there too."""
+"""The importer of the FMI++ Library, compiled from its sources and the headers of Boost, both from PyPI."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def built() -> Path:
 
 
 def compile_in(folder: Path, compiler: str, source: Path, made: Path) -> None:
-    """Compile library and program in a folder; of the library's own code no warning is shown."""
+    """Compile library and program in a folder; warnings of the library's own code are hidden."""
     library, boost = sources(folder) / "fmipp", headers(folder)
     words = [compiler, "-std=c++17", *macros(), f"-isystem{library}", f"-isystem{boost}"]
     files = [path for part in PARTS for path in sorted((library / "import" / part / "src").glob("*.cpp"))]
@@ -53,7 +53,7 @@ def compile_in(folder: Path, compiler: str, source: Path, made: Path) -> None:
 
 
 def macros() -> list[str]:
-    """Return where the library looks for the binary in an FMU, as its own `setup.py` tells it."""
+    """Return the macros for the location of the binary in an FMU, as in the library's own `setup.py`."""
     here = platforms.HERE[sys.platform, platform.machine()]
     return [f'-DFMU_BIN_DIR="{here}"', '-DFMU_BIN_EXT=".so"']
 

@@ -1,4 +1,4 @@
-"""The importers of `tests/importers`: how they are called, and what counts as having flown."""
+"""Importers of `tests/importers`: their commands, and the check of their results."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ FOLDER = ROOT / "tests" / "importers"
 
 
 class ImporterError(Exception):
-    """An importer did not fly."""
+    """An importer failed."""
 
 
 @cache
 def others() -> Environment:
-    """Return the Python environment with the importers from PyPI; the first of two processes makes it."""
+    """Return the Python environment with the importers from PyPI; the first of two processes creates it."""
     BUILD.mkdir(exist_ok=True)
     with FileLock(BUILD / "importers.lock"):
         return environment.ready("importers", ROOT / "tests" / "importers.txt")
 
 
 def of_pypi(name: str) -> list[str | Path]:
-    """Return the command of an importer from PyPI; a plan comes after it."""
+    """Return the command of an importer from PyPI; the plan follows as an argument."""
     return [others().python, FOLDER / f"fly_{name}.py"]
 
 
 def fly(importer: list[str | Path], plan: Mapping, folder: Path) -> Signals:
-    """Fly a plan; exit code and record are checked, for some importers end with 0 whatever became of the flight."""
+    """Simulate a plan; check exit code and record, because some importers end with 0 after a failure."""
     path, out = folder / "plan.json", folder / "record.csv"
     path.write_text(json.dumps({**plan, "out": str(out)}), encoding="utf-8")
     done = subprocess.run([*importer, path], capture_output=True, text=True, timeout=120, check=False)

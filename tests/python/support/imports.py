@@ -1,6 +1,7 @@
-"""Which file of a crate uses which, read from its Rust sources, and the circles among them.
+"""Dependencies between the files of a crate, read from its Rust sources, and their cycles.
 
-A re-export is no use: a name is followed to the file that defines it. What is compiled for tests alone does not count.
+A re-export is not a dependency: a name is followed to the file that defines it. Code compiled only for tests is
+ignored.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ Name = tuple[str, ...]
 
 @dataclass
 class Module:
-    """What a file says of other modules."""
+    """Declarations and uses of a file."""
 
     code: str
     """The text without comments, strings and `use`."""
@@ -60,7 +61,7 @@ def leaves(tree: str, before: Name = ()) -> Iterator[tuple[str, Name]]:
 
 
 def without_tests(code: str) -> str:
-    """Take off the modules that stand in the text for tests alone."""
+    """Remove inline modules that are only for tests."""
     while found := next((m for m in FOR_TESTS.finditer(code) if m[2] == "{"), None):
         depth, end = 1, found.end()
         while depth:
@@ -71,7 +72,7 @@ def without_tests(code: str) -> str:
 
 
 def parsed(text: str) -> tuple[Module, set[str]]:
-    """Return what a file says, and the modules that it declares for tests alone."""
+    """Return the declarations of a file, and the modules that it declares only for tests."""
     code = without_tests(NOT_CODE.sub(" ", text))
     module = Module(USE.sub(" ", code))
     for use in USE.finditer(code):
@@ -135,7 +136,7 @@ class Crate:
         return {used for path in paths if (used := self.file_of(here, path)) is not None} - {here}
 
     def circles(self) -> list[str]:
-        """Return the circles, each as `user.rs -> used.rs -> ...`; one is opened where it closes, to see the next."""
+        """Return the cycles, each as `user.rs -> used.rs -> ...`; each is cut where it closes, to find the next."""
         uses = {name: sorted(self.used_by(name)) for name in self.modules}
         found = []
         while True:

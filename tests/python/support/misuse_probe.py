@@ -1,4 +1,4 @@
-"""Misuses an FMU in one way and prints what came of it; a crash ends this process, not the tests.
+"""Misuse an FMU in one way and print the outcome; a crash ends this process, not the tests.
 
 python misuse_probe.py FMU CASE     prints lines of the FMU's log, then `status N` (5: instantiation was refused)
 """
@@ -86,20 +86,20 @@ def truncated_resource(probe: Probe) -> None:
 
 
 def binary_resource(probe: Probe) -> None:
-    """Instantiate with bytes that are no text."""
+    """Instantiate with bytes that are not text."""
     probe.resources()[0].write_bytes(bytes(range(256)) * 8)
     probe.load().instantiate()
 
 
 def changed_resource(probe: Probe) -> None:
-    """Instantiate with a file that is legal but is not the one of the model description."""
+    """Instantiate with a valid file other than the one of the model description."""
     path = probe.resources()[0]
     path.write_text(path.read_text(encoding="utf-8").replace("0.", "0.0", 1), encoding="utf-8")
     probe.load().instantiate()
 
 
 def changed_certificate(probe: Probe) -> None:
-    """Instantiate with a certificate that is not the one that was packed, where there is one."""
+    """Instantiate with a certificate other than the packed one, if there is one."""
     path = probe.folder / "resources" / "certificate.json"
     path.write_text(path.read_text(encoding="utf-8") + " " if path.exists() else "{}", encoding="utf-8")
     probe.load().instantiate()
@@ -114,7 +114,7 @@ def null_resource_location(probe: Probe) -> None:
 
 
 def gap_between_steps(probe: Probe) -> None:
-    """Begin a step elsewhere than the last one ended."""
+    """Start a step at another time than the end of the last one."""
     fmu = probe.running()
     fmu.doStep(0.0, 0.1)
     fmu.doStep(0.5, 0.1)
@@ -154,7 +154,7 @@ CASES: dict[str, Callable[[Probe], None]] = {
 
 
 def status_of(case: Callable[[Probe], None], probe: Probe) -> int:
-    """Misuse the FMU, free it, and return the status that it answered."""
+    """Misuse the FMU, free it, and return its status."""
     try:
         case(probe)
     except FMICallException as error:

@@ -1,4 +1,4 @@
-"""Native programs of the tests: the small importer `tests/host/host.c`, and what runs it on each platform."""
+"""Native programs of the tests: the small importer `tests/host/host.c`, and the emulators of other platforms."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WARNINGS = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Werror")
 
 
 def program(package: str, *names: str) -> str:
-    """Return the path of a program, or skip where it is missing; in CI nothing is skipped."""
+    """Return the path of a program, or skip the test if it is missing; in CI nothing is skipped."""
     found = next((path for path in map(shutil.which, names) if path), None)
     if found is None:
         reason = f"none of {', '.join(names)} is installed; on Debian and Ubuntu: apt install {package}"
@@ -42,7 +42,7 @@ def compile_host(compiler: Sequence[str | Path], to: Path) -> Path:
 
 @dataclass(frozen=True)
 class Unpacked:
-    """An FMU, unpacked, as an importer without Python sees it."""
+    """An unpacked FMU, as an importer without Python sees it."""
 
     folder: Path
 
@@ -55,7 +55,7 @@ class Unpacked:
 
     @property
     def guid(self) -> str:
-        """The GUID of the model description."""
+        """GUID of the model description."""
         return read_model_description(self.folder).guid
 
     def binary(self, platform: str) -> Path:
@@ -76,7 +76,7 @@ class Unpacked:
         root: str = "",
         variables: Mapping[str, str] | None = None,
     ) -> Signals:
-        """Fly by the importer; `root` is what the platform puts before an absolute path."""
+        """Simulate with the importer; `root` is the prefix of absolute paths on the platform."""
         inputs, outputs = self.references("input"), self.references("output")
         resources = f"file:///{root.lstrip('/')}{(self.folder / 'resources').as_posix()}"
         values = [f"{inputs[name]}={value!r}" for name, value in plan.inputs.items()]
@@ -100,7 +100,7 @@ class Unpacked:
 
 @dataclass(frozen=True)
 class Plan:
-    """A flight: constant inputs, communication step (s), number of steps, and steps between two rows."""
+    """A simulation: constant inputs, communication step (s), number of steps, and steps between two rows."""
 
     inputs: Mapping[str, float]
     step: float

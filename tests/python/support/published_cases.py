@@ -1,4 +1,4 @@
-"""Published optima, found by the command line: a table of found against expected, with times."""
+"""Published optima and those of the command: a table of found and expected values, with times."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
 CASES = ROOT / "tests" / "cases"
-# Below an infimum there is nothing but rounding, in the answer and in the digits that were published.
+# Only rounding can be below an infimum, in the answer and in the published digits.
 BELOW = 2e-5
 
 
 def problems() -> list[Path]:
-    """Return the cases that `squid lpv synth` reads and for which an optimum is published."""
+    """Return the cases for `squid lpv synth` with a published optimum."""
     kinds = ("hinfsyn", "lpvsyn-lft")
     cases = {path: json.loads(path.read_text(encoding="utf-8")) for path in sorted(CASES.rglob("*.json"))}
     return [path for path, case in cases.items() if case["kind"] in kinds and "expected" in case]
 
 
 def expected(case: dict) -> dict[str, float]:
-    """Return the gammas that a case expects, by the key of the report that must meet them."""
+    """Return the expected gammas of a case, by the key of the report."""
     answers = case["expected"]
     names = {
         "gamma": ("gamma", "gamma_opt", "gamma_opt_S_and_T"),
@@ -41,7 +41,7 @@ def solve(command: Path, path: Path) -> dict:
 
 
 def check(command: Path, path: Path) -> bool:
-    """Print the rows of one case, and say whether all its gammas are met and its controller is proved."""
+    """Print the rows of one case; return True if all its gammas agree and its controller is proved."""
     case = json.loads(path.read_text(encoding="utf-8"))
     begin = time.monotonic()
     report = solve(command, path)
@@ -64,7 +64,7 @@ def check(command: Path, path: Path) -> bool:
 
 
 def bounded(command: Path, path: Path) -> bool:
-    """Print the row of a sampled loop, and say whether its bounds are within those that are published."""
+    """Print the row of a sampled loop; return True if its bounds are within the published ones."""
     case = json.loads(path.read_text(encoding="utf-8"))
     words = [str(command), "lpv", "sampled", str(path), "--json"]
     found = json.loads(subprocess.run(words, capture_output=True, text=True, check=False).stdout)
@@ -80,12 +80,12 @@ def bounded(command: Path, path: Path) -> bool:
 
 
 def sampled() -> list[Path]:
-    """Return the cases that `squid lpv sampled` reads."""
+    """Return the cases for `squid lpv sampled`."""
     return sorted(CASES.glob("sd*.json"))
 
 
 def main(command: Path) -> int:
-    """Print the table, and return 0 if every case is met."""
+    """Print the table, and return 0 if every case passes."""
     print(
         f"{'case':<42} {'found':>12} {'expected':>12} {'relative':>9} {'tolerance':>9} {'proved':>12} {'s':>7}"
     )

@@ -1,16 +1,16 @@
-"""The longitudinal motion of an underwater vehicle, written a second time, to check the plant FMU.
+"""Longitudinal motion of an underwater vehicle, implemented a second time, to check the plant FMU.
 
-Reads a vehicle file with tomllib, solves for level trim by SciPy, and integrates the equations of motion with
-SciPy's DOP853. Nothing is shared with the program under test but the vehicle file and the physics:
+Reads a vehicle file with tomllib, solves for level trim with SciPy, and integrates the equations of motion with SciPy's
+DOP853. It shares nothing with the program under test but the vehicle file and the physics:
 
-- the equations stand in component form, force by force, after Feldman (1979, DTNSRDC report SPD-0393-09) for the rigid
+- the equations are in component form, force by force, after Feldman (1979, DTNSRDC report SPD-0393-09) for the rigid
   body and Lamb (1932, ch. VI) for the added mass;
-- a thruster with a curve takes what its file says in place of a thrust, by linear interpolation or a square law;
-- the lag of each actuator is one more state of the differential equation, whose rate may have a limit;
+- the command of a thruster with a curve is mapped to thrust by linear interpolation or a square law;
+- the lag of each actuator is one more state of the differential equation, whose rate may be limited;
 - friction follows the ITTC (1957) line, C_f = 0.075 / (log10 Re - 2)^2, Re = |u| L / nu, at least 1e4.
 
-Units are SI, angles are radians. The state is y = [u, w, q, theta, x, depth, T_1 .. T_m], with velocities through
-the water; a steady, uniform current carries the vehicle along, and when it changes, the velocity over ground stays.
+Units are SI, angles are radians. The state is y = [u, w, q, theta, x, depth, T_1 .. T_m], with velocities through the
+water; a steady, uniform current carries the vehicle, and when it changes, the velocity over ground stays.
 
     vehicle = read_vehicle(Path("vehicles/squid/vehicle.toml"))
     start = trim(vehicle, 1.75, 50.0)
@@ -39,10 +39,10 @@ U, W, Q, THETA, X, DEPTH = range(6)
 
 @dataclass(frozen=True)
 class Actuator:
-    """Limits, lag, curve, the numbers of its effect; `kind` is `thruster`, `thruster_group` or `control_surface`.
+    """Limits, lag, curve and effect; `kind` is `thruster`, `thruster_group` or `control_surface`.
 
-    The rate is the limit on that of the output. A curve is an array of rows (command, thrust), or the factor of a
-    square law, or None.
+    `rate` limits the rate of the output. A curve is an array of rows (command, thrust), the factor of a square law, or
+    None.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Actuator:
     rate: float = math.inf
 
     def asked(self, command):
-        """Output that a command asks for."""
+        """Return the output that a command requests."""
         if self.curve is None:
             return command
         if isinstance(self.curve, float):
@@ -63,7 +63,7 @@ class Actuator:
         return np.interp(command, *self.curve.T)
 
     def taken(self, output):
-        """Return a command that asks for an output; any that does for none."""
+        """Return a command that requests an output; any such command in a dead band."""
         if self.curve is None:
             return output
         if isinstance(self.curve, float):
@@ -71,7 +71,7 @@ class Actuator:
         return np.interp(output, *self.curve.T[::-1])
 
     def force(self, u, output):
-        """Surge force, heave force, pitch moment."""
+        """Return surge force, heave force and pitch moment."""
         e = self.effect
         if self.kind == "thruster":
             forward, down = output * math.cos(e["direction"]), output * math.sin(e["direction"])
@@ -93,16 +93,16 @@ class Vehicle:
     actuators: list
 
     def changed(self, **coefficients):
-        """The same vehicle with other coefficients."""
+        """Return the same vehicle with other coefficients."""
         return Vehicle(self.name, defaultdict(float, {**self.coefficients, **coefficients}), self.actuators)
 
 
 @dataclass(frozen=True)
 class Leg:
-    """A part of a flight, up to time `end`: held commands, one for each actuator, and a current (along x, down).
+    """A part of a simulation, up to time `end`: held commands, one for each actuator, and a current (along x, down).
 
-    The command of a thruster with a curve is what it takes. A load from outside (surge, heave, pitch) acts besides, and
-    some coefficients may be others than before.
+    The command of a thruster with a curve is the argument of the curve. An external load (surge, heave, pitch) is
+    added, and some coefficients may change.
     """
 
     end: float
@@ -143,7 +143,7 @@ def _actuator(kind, table):
 
 
 def read_vehicle(path):
-    """Reads a vehicle file; a key that it leaves out is zero, but for length, form factor and viscosity."""
+    """Read a vehicle file; omitted keys are zero, except length, form factor and viscosity."""
     with Path(path).open("rb") as file:
         tables = tomllib.load(file)
     c = defaultdict(float, length=1.0, form_factor=1.0, kinematic_viscosity=1.19e-6)
@@ -152,7 +152,7 @@ def read_vehicle(path):
             if isinstance(value, dict):
                 c[key] = _si(value)
     if tables["lift"]["convention"] == "combined":
-        # The printed sums hold -X_u' u q in heave, and (X_u' - Z_w') u w - Z_q' u q in pitch.
+        # The published sums contain -X_u' u q in heave, and (X_u' - Z_w') u w - Z_q' u q in pitch.
         c["Z_uq"] -= -c["X_u_dot"]
         c["M_uw"] -= c["X_u_dot"] - c["Z_w_dot"]
         c["M_uq"] -= -c["Z_q_dot"]
@@ -162,19 +162,19 @@ def read_vehicle(path):
         for table in tables.get(kind, [])
         if _acts_in_plane(table)
     ]
-    # A group whose thrusters cancel there is none of the vertical plane.
+    # A group whose thrusters cancel in the vertical plane does not act there.
     actuators = [one for one in actuators if one.kind != "thruster_group" or np.any(one.force(1.0, 1.0))]
     return Vehicle(tables["vehicle"]["name"], c, actuators)
 
 
 def _acts_in_plane(table):
-    """Return whether an actuator may act in the vertical plane: rudders and groups of turned thrusters do not."""
+    """Return True if an actuator may act in the vertical plane: rudders and groups of turned thrusters do not."""
     steers = "Y_uu_delta" in table and "Z_uu_delta" not in table
     return not steers and not any("azimuth" in member for member in table.get("thruster", []))
 
 
 def _rigid_body(c, u, w, q):
-    """What is left of the rigid body's inertial forces without accelerations, moved to the right-hand side."""
+    """Return the inertial forces of the rigid body without accelerations, moved to the right-hand side."""
     m, x_g, z_g = c["mass"], c["x_G"], c["z_G"]
     surge = -m * (w * q - x_g * q**2)
     heave = -m * (-u * q - z_g * q**2)
@@ -183,7 +183,7 @@ def _rigid_body(c, u, w, q):
 
 
 def _added_mass(c, u, w, q):
-    """Forces of the accelerated water that do not hold accelerations; the Munk moment is the first of pitch."""
+    """Return the added-mass forces without accelerations; the Munk moment is the first term of pitch."""
     surge = c["Z_w_dot"] * w * q + c["Z_q_dot"] * q**2
     heave = -c["X_u_dot"] * u * q
     pitch = -(c["Z_w_dot"] - c["X_u_dot"]) * u * w - c["Z_q_dot"] * u * q
@@ -226,7 +226,7 @@ def _inertia(c):
 
 
 def force(vehicle, y):
-    """Surge force, heave force and pitch moment, all but the terms with accelerations."""
+    """Return surge force, heave force and pitch moment, except the terms with accelerations."""
     c, (u, w, q, theta, _, depth) = vehicle.coefficients, y[:6]
     total = _rigid_body(c, u, w, q) + _added_mass(c, u, w, q) + _weight_and_buoyancy(c, theta, depth)
     total += _hull(c, u, w, q)
@@ -236,7 +236,7 @@ def force(vehicle, y):
 
 
 def rate(vehicle, y, commands, current, load=(0.0, 0.0, 0.0)):
-    """The derivative of the state."""
+    """Return the derivative of the state."""
     u, w, q, theta = y[:4]
     acceleration = np.linalg.solve(_inertia(vehicle.coefficients), force(vehicle, y) + load)
     ahead = u * math.cos(theta) + w * math.sin(theta) + current[0]
@@ -253,10 +253,10 @@ def rate(vehicle, y, commands, current, load=(0.0, 0.0, 0.0)):
 
 
 def trim(vehicle, speed, depth):
-    """The state in level, steady flight at a speed along the path, by Newton's method.
+    """Return the state in level, steady flight at a speed along the path, by Newton's method.
 
     The actuators must leave one direction of force to the incidence, as axial thrusters or stern planes do. Outputs
-    that cancel one another then stay zero, because each step is the shortest one, in units of each actuator's reach.
+    that cancel one another then stay zero, because each step is the shortest one, in units of each actuator's range.
     """
     reach = np.array([1.0, *(max(abs(a.min), abs(a.max)) for a in vehicle.actuators)])
 
@@ -280,7 +280,7 @@ def trim(vehicle, speed, depth):
 
 
 def _enter_current(y, old, new):
-    """The vehicle meets other water at the old velocity over ground."""
+    """Return the state in a new current, at the old velocity over ground."""
     cos, sin = math.cos(y[THETA]), math.sin(y[THETA])
     change = np.subtract(old, new)
     y[U] += change[0] * cos - change[1] * sin
@@ -288,11 +288,10 @@ def _enter_current(y, old, new):
 
 
 def fly(vehicle, start, legs, times):
-    """The state at each of `times` (rising, from 0 on); the flight starts in the current of the first leg.
+    """Return the state at each of `times` (increasing, from 0 on); the start is in the current of the first leg.
 
-    At the end of a leg stands the state before the current changes. What a leg changes of the coefficients stays
-    changed, and changes no velocity. Actuators without lag are refused: they follow a
-    command at once, which a differential equation cannot.
+    The end of a leg has the state before the current changes. Changed coefficients remain changed, and change no
+    velocity. Actuators without lag are refused: they follow a command at once, which a differential equation cannot.
     """
     if any(actuator.lag <= 0.0 for actuator in vehicle.actuators):
         raise ValueError("every actuator needs a lag above zero")

@@ -1,4 +1,4 @@
-"""The tiers of the tests: what a change needs, and what is run every night besides."""
+"""Tiers of the tests: needed for a change, or run every night in addition."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ TIERS = ("change", "night")
 
 
 def check(items: Iterable[pytest.Item]) -> None:
-    """Raise an error that names the tests of no tier."""
+    """Raise an error that names the tests without a tier."""
     without = [item.nodeid for item in items if not any(item.get_closest_marker(tier) for tier in TIERS)]
     if without:
         raise pytest.UsageError(

@@ -1,4 +1,4 @@
-"""The wheel in an environment of its own, with nothing else but NumPy; and what is in it."""
+"""The wheel in an environment of its own, with only NumPy; and its contents."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ print(json.dumps([gam, sq.hinfnorm(CL)[0], type(K).__module__, sorted(m for m in
 
 
 def fresh(wheel_file: Path, home: Path, *beside: str) -> Path:
-    """Return the Python of a new environment that has a wheel, what it needs, and `beside`; nothing else."""
+    """Return the Python of a new environment with a wheel, its requirements, and `beside`; nothing else."""
     shutil.rmtree(home, ignore_errors=True)
     run([sys.executable, "-m", "venv", home], log="wheel-venv")
     python = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
@@ -40,7 +40,7 @@ def fresh(wheel_file: Path, home: Path, *beside: str) -> Path:
 
 
 def packages(python: Path) -> set[str]:
-    """Return the names of what is installed beside pip and setuptools."""
+    """Return the names of the installed packages besides pip and setuptools."""
     done = subprocess.run(
         [python, "-m", "pip", "list", "--format", "freeze"], capture_output=True, text=True, check=True
     )
@@ -58,7 +58,7 @@ def test_it_needs_nothing_but_numpy(wheel_file: Path, tmp_path: Path) -> None:
 
 
 def test_what_is_in_it(wheel_file: Path) -> None:
-    """Sources, stubs that say all that is compiled, the mark of types, and licences; for every later Python."""
+    """Sources, complete stubs of the compiled module, the marker of types, and licences; for every later Python."""
     assert re.fullmatch(r"squid_lpv-[\d.]+-cp310-abi3-\w+\.whl", wheel_file.name)
     with zipfile.ZipFile(wheel_file) as archive:
         names = archive.namelist()

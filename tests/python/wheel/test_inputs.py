@@ -1,4 +1,4 @@
-"""The forms in which people have their plants: transfer functions, MATLAB's files, complex numbers by mistake."""
+"""Forms of plants: transfer functions, MATLAB files, complex numbers by mistake."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PARTS = {
 
 
 def whole() -> dict:
-    """Return the plant in four matrices."""
+    """Return the plant as four matrices."""
     m = {key: np.array(value) for key, value in PARTS.items()}
     d = np.block([[m["D11"], m["D12"]], [m["D21"], np.zeros((1, 1))]])
     return {"A": m["A"], "B": np.hstack([m["B1"], m["B2"]]), "C": np.vstack([m["C1"], m["C2"]]), "D": d}
@@ -108,7 +108,7 @@ def test_one_output_is_too_few(sq: ModuleType) -> None:
 
 
 def test_robust_performance(sq: ModuleType) -> None:
-    """Of x' = -x + 0.5 delta x + w, z = x: at zero frequency the gain is 1/(1 - 0.5 delta), 2 at delta = 1.
+    """For x' = -x + 0.5 delta x + w, z = x, the gain at zero frequency is 1/(1 - 0.5 delta), 2 at delta = 1.
 
     With a full block from z to w, mu is 0.5 + 1: the inverse of the size at which the loop is singular.
     """

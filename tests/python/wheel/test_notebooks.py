@@ -1,4 +1,4 @@
-"""The notebooks of the documentation run, and say what they did when they were written."""
+"""The notebooks of the documentation run, and give the stored output."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def run(cells: list[dict]) -> dict:
 
 
 def printed(cells: list[dict]) -> str:
-    """Return what a notebook printed when it was written."""
+    """Return the stored output of a notebook."""
     outputs = [out for cell in cells for out in cell.get("outputs", [])]
     return "".join(line for out in outputs for line in out.get("text", []))
 
@@ -53,7 +53,7 @@ def test_the_tour(sq: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_peers(sq: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
-    """Ours as written. The others' figures are read: those that are not installed are passed over here."""
+    """Our figures are as stored. Those of peers that are not installed are skipped."""
     monkeypatch.chdir(ROOT)
     cells = cells_of("peers")
     held = run(cells)

@@ -1,6 +1,6 @@
-"""The wheels for Windows and 64-bit ARM, built and used under Wine and QEMU, and that for macOS, built and read.
+"""Wheels for Windows and 64-bit ARM, built and used with Wine and QEMU, and that for macOS, built and inspected.
 
-They are compiled without optimisation, in a third of the time. As they are shipped, on request:
+They are compiled without optimisation, in a third of the time. To test them as shipped:
 SQUID_WHEELS=1 build/tests-venv/bin/python -m pytest -c tests/pytest.ini tests/python/wheel/test_other_systems.py
 """
 
@@ -67,7 +67,7 @@ ARM_LIBRARIES = Path("/usr/aarch64-linux-gnu")
 
 
 def fetch(to: Path, *words: str) -> None:
-    """Let pip download one package without what it needs."""
+    """Download one package with pip, without its requirements."""
     subprocess.run(
         [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "-d", to, *words], check=True
     )
@@ -84,7 +84,7 @@ def site(folder: Path, platform: str, *numpy: str) -> Path:
 
 
 def agrees(sq: ModuleType, command: list[str | Path], where: str | Path, **variables: str) -> None:
-    """Assert that a Python elsewhere finds and proves what the one here does."""
+    """Assert that a Python on another platform gives the results of this one."""
     done = subprocess.run(
         [*command, "-c", PROBE, where],
         env={**os.environ, **variables},
@@ -107,7 +107,7 @@ def test_windows(sq: ModuleType, tmp_path: Path) -> None:
     assert [symbol.name for symbol in core.DIRECTORY_ENTRY_EXPORT.symbols] == [b"PyInit__core"]
     imported = {entry.dll.decode().lower() for entry in core.DIRECTORY_ENTRY_IMPORT}
     system = {"kernel32.dll", "ntdll.dll", "ws2_32.dll", "userenv.dll", "bcryptprimitives.dll"}
-    # Without optimisation what is never called stays in.
+    # Without optimisation unused functions are not removed.
     system |= set() if AS_SHIPPED else {"advapi32.dll", "bcrypt.dll"}
     assert {name for name in imported if not name.startswith("api-ms-win-")} == {"python3.dll", *system}
 
@@ -128,7 +128,7 @@ def test_windows(sq: ModuleType, tmp_path: Path) -> None:
 
 
 def test_macos(tmp_path: Path) -> None:
-    """No Mac was at hand: this is what the files say of themselves, not that they run."""
+    """No Mac was available: this checks the file headers, not that they run."""
     made = wheel_for("darwin64", optimised=AS_SHIPPED)
     assert "cp310-abi3" in made.name and "macosx_11_0_universal2" in made.name
     with zipfile.ZipFile(made) as archive:

@@ -1,4 +1,4 @@
-"""Synthesis, gains and mu of any plant in Python: published cases, the command's numbers, misuse."""
+"""Synthesis, gains and mu of general plants in Python: published cases, agreement with the command, misuse."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def plant(sq: ModuleType, data: dict, dt: float = 0.0) -> tuple:
 
 
 def spring(sq: ModuleType, **changed: object) -> tuple:
-    """Return a mass on a spring, with the disturbance of its force and the noise of its position."""
+    """Return a mass on a spring, with a disturbance of its force and noise of its position."""
     data = {
         "A": [[0, 1], [-2, -0.5]], "B1": [[0, 0], [1, 0]], "B2": [[0], [1]], "C1": [[1, 0], [0, 0]],
         "D11": [[0, 0], [0, 0]], "D12": [[0], [0.3]], "C2": [[1, 0]], "D21": [[0, 0.1]],
@@ -55,7 +55,7 @@ def test_published_norms(sq: ModuleType, run_squid: Run, tmp_path: Path, path: P
 
 
 def test_systems_of_python_control(sq: ModuleType) -> None:
-    """One goes in, the same kind comes out, in continuous and discrete time; python-control agrees on the loop."""
+    """Each system type is accepted and returned, in continuous and discrete time; python-control agrees on the loop."""
     import control
 
     P, nmeas, ncon = spring(sq)
@@ -82,7 +82,7 @@ def test_a_direct_path_from_u_to_y(sq: ModuleType) -> None:
     "a", [[[0.98, 0.1], [-0.2, 0.93]], [[1.0, 0.1], [0.0, 0.9]], [[-1.0, 0.1], [0.0, 0.9]]]
 )
 def test_discrete_time(sq: ModuleType, a: list) -> None:
-    """The bound holds on the unit circle, also for poles at z = 1 and at z = -1, and the proof is of these matrices."""
+    """The bound holds on the unit circle, also for poles at z = 1 and z = -1, and the proof is for these matrices."""
     P, nmeas, ncon = spring(sq, A=a)
     P = sq.StateSpace(P.A, 0.1 * P.B, P.C, P.D, 0.1)
     found = sq.hinfsyn_proved(P, nmeas, ncon)
@@ -99,7 +99,7 @@ def test_discrete_time(sq: ModuleType, a: list) -> None:
 
 
 def test_a_sample_time_that_is_not_known(sq: ModuleType) -> None:
-    """It comes out as it went in; the gain is that with any sample time."""
+    """An unspecified sample time is preserved; the gain does not depend on it."""
     P, nmeas, ncon = spring(sq, A=[[0.98, 0.1], [-0.2, 0.93]])
     unknown, one = (
         sq.hinfsyn(sq.StateSpace(P.A, 0.1 * P.B, P.C, P.D, dt), nmeas, ncon) for dt in (True, 1.0)
@@ -122,7 +122,7 @@ def test_poles_at_both_ends_of_the_circle(sq: ModuleType) -> None:
 
 
 def test_there_and_back_by_mat(sq: ModuleType, tmp_path: Path) -> None:
-    """A file of MATLAB's names: what was written is read by scipy alone, and a plant comes back as it was."""
+    """A file with MATLAB's names: SciPy alone reads it, and a plant is restored unchanged."""
     from scipy.io import loadmat, savemat
 
     P, nmeas, ncon = spring(sq)
@@ -155,7 +155,7 @@ def test_a_scheduled_controller(sq: ModuleType) -> None:
 
 
 def test_a_scheduled_controller_in_discrete_time(sq: ModuleType) -> None:
-    """A spring of which the parameter jumps at random: no flight has a gain above the one proved."""
+    """A spring whose parameter jumps at random: no simulation has a gain above the proved one."""
     P = {
         "A": [[1, 0.1], [-0.2, 0.95]], "Bt": [[0], [-0.1]], "B1": [[0, 0], [0.1, 0]], "B2": [[0], [0.1]],
         "Ct": [[1, 0]], "C1": [[1, 0], [0, 0]], "D11": np.zeros((2, 2)), "D12": [[0], [0.3]], "C2": [[1, 0]],
@@ -218,7 +218,7 @@ def test_mu(sq: ModuleType) -> None:
 
 
 def test_a_full_block_is_the_norm(sq: ModuleType) -> None:
-    """Mu of one full complex block over all frequencies is the H-infinity norm: two ways to one number."""
+    """Mu of one full complex block over all frequencies equals the H-infinity norm."""
     rng = np.random.default_rng(1)
     a = rng.standard_normal((4, 4))
     a -= (np.linalg.eigvals(a).real.max() + 0.2) * np.eye(4)
@@ -251,7 +251,7 @@ def test_an_unstable_system_has_no_norm(sq: ModuleType) -> None:
     ],
 )
 def test_misuse(sq: ModuleType, changed: dict, kind: str, words: str) -> None:
-    """One sentence, of one of three kinds; wrong input is a ValueError, too."""
+    """One sentence, in one of three kinds; wrong input is also a ValueError."""
     own = {"nmeas": 1, "ncon": 1, "back_off": 0.1, "gamma_limit": None, "fastest_mode": None}
     options = {key: changed.get(key, value) for key, value in own.items()}
     with pytest.raises(getattr(sq, kind), match=words) as raised:
@@ -323,7 +323,7 @@ def test_h2(sq: ModuleType) -> None:
 
 
 def test_mu_synthesis(sq: ModuleType) -> None:
-    """The bound is that of `mu` for the loop, and scalings lower it; blocks that do not fit are refused."""
+    """The bound is that of `mu` for the loop, and scalings lower it; incompatible blocks are refused."""
     P, nmeas, ncon = spring(sq)
     blocks = [[1, 0], [1, 0]]
     _, CL, bound, history = sq.musyn(P, nmeas, ncon, blocks)

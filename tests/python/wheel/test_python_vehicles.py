@@ -1,4 +1,4 @@
-"""Vehicles in Python: the command's numbers, progress, Ctrl-C."""
+"""Vehicles in Python: agreement with the command, progress, Ctrl-C."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_heading(sq: ModuleType, turning: Packages) -> None:
 
 
 def test_all_axes_fly_together(sq: ModuleType, run_squid: Run, turning: Packages, tmp_path: Path) -> None:
-    """In six degrees of freedom, to the bit as the command flies them; a step of what no axis tracks is refused."""
+    """In six degrees of freedom the bits are those of the command; a step of a quantity without an axis is refused."""
     assert turning.controller.is_file()
     autopilot = sq.Autopilot.read(REMUS100, Design(REMUS100, "design").folder)
     assert list(autopilot.axes) == ["depth", "heading"]
@@ -89,7 +89,7 @@ def test_all_axes_fly_together(sq: ModuleType, run_squid: Run, turning: Packages
 
 
 def test_a_design_of_the_command(sq: ModuleType, run_squid: Run, squid: Packages, tmp_path: Path) -> None:
-    """It is read, proved, frozen and flown: to the bit as by the command."""
+    """The design is read, proved, frozen and simulated, with the bits of the command."""
     design = sq.Design.read(sq.Vehicle.read(SQUID), squid.folder)
     assert design.certificate.verify().gamma == design.gamma
     assert {row["outcome"] for row in design.verdict} <= {"met", "missed", "reported"}
@@ -139,7 +139,7 @@ def test_what_progress_raises_ends_the_work(sq: ModuleType) -> None:
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent as a signal")
 def test_ctrl_c_ends_the_work(site: Path) -> None:
-    """The call returns within a second, and what it had begun takes no more time of the processor."""
+    """The call returns within a second, and the work that it started uses no more processor time."""
     variables = {**os.environ, "PYTHONPATH": str(site)}
     words = [sys.executable, "-c", WORK, str(SQUID)]
     with subprocess.Popen(words, env=variables, stdout=subprocess.PIPE, text=True) as process:

@@ -1,8 +1,8 @@
-//! `squid campaign` and `squid replay`: many flights of a design, and one of them again.
+//! `squid campaign` and `squid replay`: many simulations of a design, and one of them again.
 
 mod fmus;
 
-use crate::cli::{Asked, Campaign, MOST_FLIGHTS, Where, Which, read_sea};
+use crate::cli::{Campaign, MOST_FLIGHTS, Selected, Where, Which, read_sea};
 use crate::error::Error;
 use crate::output::{answer, json, say, say_path};
 use crate::progress::{counter, show};
@@ -31,19 +31,19 @@ use squid_report::record::panels;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::{Path, PathBuf};
 
-/// The file with the options of the campaign, for `replay`.
+/// File with the options of the campaign, for `replay`.
 const ABOUT: &str = "campaign.json";
 
-/// The folder of trajectories, in that of the results.
+/// Folder of trajectories in the directory of the results.
 const TRAJECTORIES: &str = "trajectories";
 
-/// The number of the worst flights whose trajectories are written.
+/// Number of the worst flights whose trajectories are written.
 const WORST: usize = 10;
 
-/// The number of vehicles, the first ones, whose gains are computed.
+/// Number of vehicles, from the first on, whose gains are computed.
 const GAINS: usize = 100;
 
-/// How a campaign was called.
+/// Options with which a campaign was run.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct About {
@@ -61,7 +61,7 @@ struct About {
     fmus: bool,
 }
 
-/// Refuses flights that begin off their trim by more than the range of speed, the depth, or a pitch upright.
+/// Refuses initial deviations larger than the speed range, the depth, or an upright pitch.
 fn check_starts(starts: &Starts, inputs: &Inputs) -> Result<(), Error> {
     let design = &inputs.design;
     if design.view().is_level_held && !starts.in_trim() {
@@ -89,33 +89,34 @@ fn check_starts(starts: &Starts, inputs: &Inputs) -> Result<(), Error> {
 /// Simulates the missing flights of a campaign, and prints the statistics of all.
 ///
 /// # Errors
-/// Those of the files and of the design; [`Error::Campaign`]; [`Error::Argument`] where there is nothing to fly.
-pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
-    let flights = match &asked.only {
+/// Errors of the files and of the design; [`Error::Campaign`]; [`Error::Argument`] if there is nothing to simulate.
+pub fn run(which: &Which, options: &Campaign) -> Result<(), Error> {
+    let flights = match &options.only {
         Some(part) => *part.start()..part.end() + 1,
-        None => 0..asked.flights,
+        None => 0..options.flights,
     };
     if !(1..=MOST_FLIGHTS).contains(&flights.end) {
-        let (found, allowed) = (asked.flights.to_string(), format!("at least 1 and at most {MOST_FLIGHTS}"));
+        let (found, allowed) =
+            (options.flights.to_string(), format!("at least 1 and at most {MOST_FLIGHTS}"));
         return Err(Error::Argument { name: "--flights", found, allowed });
     }
-    let Asked { axes, directory } = which.read_to_write()?;
+    let Selected { axes, directory } = which.read_to_write()?;
     let first = &axes[0].0;
-    let starts = asked.starts.unwrap_or_default();
+    let starts = options.starts.unwrap_or_default();
     check_starts(&starts, first)?;
-    let to = asked.to.clone().unwrap_or_else(|| directory.join("campaign"));
+    let to = options.to.clone().unwrap_or_else(|| directory.join("campaign"));
     check_directory(&to)?;
-    let sea = asked.sea.as_ref().map(|path| read_sea(path, first)).transpose()?;
+    let sea = options.sea.as_ref().map(|path| read_sea(path, first)).transpose()?;
     let stored = load_or_design(&axes)?;
     let designs: Vec<_> = axes.iter().map(|(inputs, _)| inputs).zip(&stored).collect();
-    let points = match asked.points {
+    let points = match options.points {
         Where::Uniform => Points::Uniform,
         Where::Sobol => Points::Sobol,
         Where::Corners => Points::Corners,
     };
-    let plan = Plan::of_axes(&designs, sea, asked.seed, points)?;
+    let plan = Plan::of_axes(&designs, sea, options.seed, points)?;
     let plan = plan.starting(starts);
-    let plan = if asked.records.is_some() { plan.by_fmus()? } else { plan };
+    let plan = if options.records.is_some() { plan.by_fmus()? } else { plan };
     let parts = missing(&plan, flights.clone(), &to)?;
     let left: u64 = parts.iter().map(|part| part.end() + 1 - part.start()).sum();
     let full = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
@@ -126,37 +127,44 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
         bandwidth: which.bandwidth,
         out: which.out.as_deref().map(full),
         sea: plan.identity.sea.clone(),
-        seed: asked.seed,
+        seed: options.seed,
         points,
         starts: plan.identity.starts,
         fmus: plan.identity.fmus,
     };
-    if asked.dry_run {
+    if options.dry_run {
         say(&format!("{left} of {} flights are missing in {}", flights.end - flights.start, to.display()));
-        let told = asked.only.iter().flat_map(|_| parts.iter().cloned().flatten());
-        let drawn: Vec<Value> = told.map(|flight| fmus::drawn(&plan, flight)).collect();
+        let listed = options.only.iter().flat_map(|_| parts.iter().cloned().flatten());
+        let drawn: Vec<Value> = listed.map(|flight| fmus::drawn(&plan, flight)).collect();
         let (about, to, design) = (json!(about), full(&to), full(&directory));
         let parts: Vec<[u64; 2]> = parts.iter().map(|part| [*part.start(), *part.end()]).collect();
         return Ok(answer(
             &json!({ "campaign": about, "design": design, "to": to, "missing": parts, "drawn": drawn }),
         )?);
     }
-    if asked.only.is_none() {
-        designs.iter().filter_map(|(inputs, stored)| stored.unproved(inputs)).for_each(|words| say(&words));
+    if options.only.is_none() {
+        designs
+            .iter()
+            .filter_map(|(inputs, stored)| stored.unproved(inputs))
+            .for_each(|warning| say(&warning));
     }
     write(&to.join(ABOUT), json(&about)?.as_bytes())?;
     let flown = flights.end - flights.start - left;
     let counter = counter("campaign", flights.end - flights.start);
     counter.set_position(flown);
-    let back = |done| counter.set_position(flown + done);
-    match &asked.records {
-        None => fly_missing(&plan, &parts, &to, &|flight| plan.row(flight), &back)?,
-        Some(records) => {
-            fly_missing(&plan, &parts, &to, &|flight| fmus::judged(&plan, records, flight), &back)?
-        }
+    let on_progress = |done| counter.set_position(flown + done);
+    match &options.records {
+        None => fly_missing(&plan, &parts, &to, &|flight| plan.row(flight), &on_progress)?,
+        Some(records) => fly_missing(
+            &plan,
+            &parts,
+            &to,
+            &|flight| fmus::evaluate_record(&plan, records, flight),
+            &on_progress,
+        )?,
     }
     counter.finish_and_clear();
-    if asked.only.is_some() {
+    if options.only.is_some() {
         say(&format!("{left} flights simulated, in {}", to.display()));
         return Ok(answer(&json!({ "directory": to, "flights": left }))?);
     }
@@ -164,15 +172,15 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
         results(&plan, &to)?.into_iter().filter(|row| flights.contains(&row.flight)).collect();
     let (shares, spreads) = (shares(&rows), spreads(&plan, &rows));
     let worst = worst(&rows, WORST);
-    let all = if asked.trajectories { rows.iter().collect() } else { worst.clone() };
+    let all = if options.trajectories { rows.iter().collect() } else { worst.clone() };
     all.par_iter().try_for_each(|row| trajectory(&plan, &to, row.flight))?;
     let first: Vec<u64> = rows.iter().map(|row| row.flight).take(GAINS).collect();
-    let gains = if asked.no_bound { Ok(Vec::new()) } else { gains(&plan, &first) };
-    say(&words(&plan, rows.len(), &shares, &spreads));
-    // What was flown is no worse for a model that cannot be made.
+    let gains = if options.no_bound { Ok(Vec::new()) } else { gains(&plan, &first) };
+    say(&statistics(&plan, rows.len(), &shares, &spreads));
+    // A failure to build the uncertain model does not invalidate the simulations.
     say(&gains
         .as_ref()
-        .map_or_else(|reason| format!("\nNo guaranteed gain: {reason}\n"), |at| gains_in_words(at)));
+        .map_or_else(|reason| format!("\nNo guaranteed gain: {reason}\n"), |at| gains_table(at)));
     let gains = gains.unwrap_or_default();
     let path = to.join("campaign.html");
     write(&path, page(&plan, &rows, &shares, &spreads, &gains).as_bytes())?;
@@ -200,8 +208,8 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
     }))?)
 }
 
-/// The gains of vehicles that were drawn, and those guaranteed, as a table.
-fn gains_in_words(gains: &[Gains]) -> String {
+/// Returns the gains of the sampled vehicles, and the guaranteed gains, as a table.
+fn gains_table(gains: &[Gains]) -> String {
     let Some(first) = gains.first() else { return String::new() };
     let vehicles = first.drawn.len() + first.outside;
     let mut out =
@@ -239,8 +247,8 @@ fn trajectory(plan: &Plan<'_>, to: &Path, flight: u64) -> Result<(), Error> {
     Ok(write(&path, &file(plan, &columns)?)?)
 }
 
-/// The statistics as tables.
-fn words(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) -> String {
+/// Returns the statistics as tables.
+fn statistics(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) -> String {
     let what = match plan.identity.points {
         Points::Uniform => "all over the declared uncertainty",
         Points::Sobol => "on a Sobol sequence all over the declared uncertainty",
@@ -271,10 +279,10 @@ fn words(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) 
     out.trim_end().to_owned()
 }
 
-/// Flies a flight of a campaign again, and writes its record and plot beside the results.
+/// Simulates a flight of a campaign again, and writes its record and plot next to the results.
 ///
 /// # Errors
-/// As [`run`]; [`squid_campaign::error::Error::NoFlight`].
+/// Errors of [`run`]; [`squid_campaign::error::Error::NoFlight`].
 pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     let path = directory.join(ABOUT);
     if !path.exists() {
@@ -283,7 +291,7 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     let unreadable = |reason| files::Error::Json { path: path.display().to_string(), reason };
     let about: About = serde_json::from_str(&read(&path)?).map_err(unreadable)?;
     let About { vehicle, design, axis, bandwidth, out, sea, seed, points, starts, fmus } = about;
-    let Asked { axes, .. } = Which { vehicle, design, axis, bandwidth, out }.read()?;
+    let Selected { axes, .. } = Which { vehicle, design, axis, bandwidth, out }.read()?;
     let load = |(inputs, directory): &(Inputs, PathBuf)| squid_design::store::load(directory, inputs);
     let stored: Vec<Stored> = axes.iter().map(load).collect::<Result<_, _>>()?;
     let designs: Vec<_> = axes.iter().map(|(inputs, _)| inputs).zip(&stored).collect();
@@ -298,7 +306,7 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     };
     let known = rows.iter().find(|row| row.flight == flight).ok_or_else(no_flight)?;
     let (row, flown) = Progress::new(&show).timed("replay", "flying", || plan.fly(flight)).0?;
-    let off = row.differs_from(known);
+    let diff = row.differs_from(known);
     let outcome = row.outcome.word();
     let mut written = Vec::new();
     if let Some(flown) = flown {
@@ -310,14 +318,14 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
         write(&to("csv"), record.csv().as_bytes())?;
         written = vec![to("csv"), to("svg")];
     }
-    let compared = match (fmus, off == 0.0) {
+    let compared = match (fmus, diff == 0.0) {
         (false, true) => "figures the same to the bit".to_owned(),
         (false, false) => "figures NOT the same to the bit".to_owned(),
         (true, _) => format!(
-            "FMUs flew it; without them the figures differ by {off:.1e} at most, in parts of 1 or of what is larger"
+            "FMUs flew it; without them the figures differ by {diff:.1e} at most, in parts of 1 or of what is larger"
         ),
     };
     say(&format!("flight {flight}: {outcome}; {compared}"));
     written.iter().for_each(|path| say_path(path));
-    Ok(answer(&json!({ "flight": flight, "outcome": outcome, "same": off == 0.0, "files": written }))?)
+    Ok(answer(&json!({ "flight": flight, "outcome": outcome, "same": diff == 0.0, "files": written }))?)
 }

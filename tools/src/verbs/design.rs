@@ -1,9 +1,9 @@
 //! `squid design`: designs a controller and prints the result.
 
-use crate::cli::{Asked, Design, Which};
+use crate::cli::{Design, Selected, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
-use crate::progress::{Later, show};
+use crate::progress::{Deferred, show};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -30,69 +30,69 @@ use std::path::{Path, PathBuf};
 /// Designs a controller, writes the files of the design, and prints the result.
 ///
 /// # Errors
-/// Those of the files and of the stages; [`Error::NotProved`]; [`Error::Missed`] with `strict`.
-pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
-    let Asked { axes, directory } = which.read_to_write()?;
-    let (mut of_axes, mut stored) = (vec![], vec![]);
+/// Errors of the files and of the stages; [`Error::NotProved`]; [`Error::Missed`] with `strict`.
+pub fn run(which: &Which, options: &Design) -> Result<(), Error> {
+    let Selected { axes, directory } = which.read_to_write()?;
+    let (mut results, mut stored) = (vec![], vec![]);
     if axes.len() > 1 {
         say(&format!("Axis of {}", axes[0].0.design.steered()));
     }
     let finished =
-        side_by_side(&axes, |inputs, directory, progress| designed(inputs, directory, asked, progress));
-    for (index, (later, finished)) in finished.into_iter().enumerate() {
+        side_by_side(&axes, |inputs, directory, progress| design_axis(inputs, directory, options, progress));
+    for (index, (deferred, finished)) in finished.into_iter().enumerate() {
         let (inputs, directory) = &axes[index];
         if axes.len() > 1 && index > 0 {
             say(&format!("\nAxis of {}", inputs.design.steered()));
         }
-        later.show();
-        of_axes.push(finished.and_then(|finished| {
+        deferred.show();
+        results.push(finished.and_then(|finished| {
             stored.push((inputs, Stored::of(&finished.frozen, inputs)));
-            of_axis((inputs, directory), finished, asked)
+            report_axis((inputs, directory), finished, options)
         }));
     }
-    // After all of them were shown.
-    let of_axes = of_axes.into_iter().collect::<Result<Vec<_>, Error>>()?;
-    let (figures, missed): (Vec<Value>, Vec<Vec<String>>) = of_axes.into_iter().unzip();
+    // Errors are returned only after all axes have been shown.
+    let results = results.into_iter().collect::<Result<Vec<_>, Error>>()?;
+    let (figures, missed): (Vec<Value>, Vec<Vec<String>>) = results.into_iter().unzip();
     let mut missed = missed.concat();
     if let [one] = &figures[..] {
         answer(one)?;
     } else {
         say("\nAll axes");
-        // The design stands where the flights cannot be flown, as with a coefficient that is uncertain in the vertical
-        // plane alone: the reason is said.
-        let whole = whole(&stored).map_err(|reason| say(&format!("not flown: {reason}"))).ok();
-        missed.extend(whole.iter().filter_map(Whole::missed));
+        // The design is valid even if all axes cannot be simulated together, as with a coefficient that is uncertain in
+        // the vertical plane only; the reason is printed.
+        let whole = fly_all_axes(&stored).map_err(|reason| say(&format!("not flown: {reason}"))).ok();
+        missed.extend(whole.iter().filter_map(SixDofFlights::missed));
         answer(&json!({ "directory": directory, "axes": figures, "whole": whole }))?;
     }
-    if asked.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
+    if options.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
 }
 
-/// Does something for all axes at once, with progress; that of the others is kept until the first is shown.
+/// Runs a function for all axes in parallel, with progress; that of later axes is stored until it can be shown.
 fn side_by_side<T: Send>(
     axes: &[(Inputs, PathBuf)],
     each: impl Fn(&Inputs, &Path, &Progress<'_>) -> T + Sync,
-) -> Vec<(Later, T)> {
-    let one = |(place, (inputs, directory)): (usize, &(Inputs, PathBuf))| {
-        let later = Later::default();
-        let keep = |event: Event| later.keep(event);
-        let progress = if place == 0 { Progress::new(&show) } else { Progress::new(&keep) };
+) -> Vec<(Deferred, T)> {
+    let one = |(index, (inputs, directory)): (usize, &(Inputs, PathBuf))| {
+        let deferred = Deferred::default();
+        let store = |event: Event| deferred.store(event);
+        let progress = if index == 0 { Progress::new(&show) } else { Progress::new(&store) };
         let done = each(inputs, directory, &progress);
-        (later, done)
+        (deferred, done)
     };
     axes.par_iter().enumerate().map(one).collect()
 }
 
-/// Flights of all axes in six degrees of freedom at random corners of what is uncertain of any of them.
+/// Simulations of all axes in six degrees of freedom at random corners of the combined uncertainty.
 #[derive(Debug, Serialize)]
-struct Whole {
+struct SixDofFlights {
     flights: usize,
-    /// Those that end at their references.
+    /// Number of flights that end at their references.
     flown: usize,
-    /// The largest overshoot of each axis, relative to its step; `None` if no flight has one.
+    /// Largest overshoot of each axis, relative to its step; `None` if unknown for all flights.
     overshoot: BTreeMap<&'static str, Option<f64>>,
 }
 
-impl Whole {
+impl SixDofFlights {
     fn missed(&self) -> Option<String> {
         let lost = self.flights - self.flown;
         (lost > 0).then(|| {
@@ -101,11 +101,11 @@ impl Whole {
     }
 }
 
-/// The corners that are flown.
+/// Number of simulated corners.
 const CORNERS: u64 = 24;
 
-/// Flies all axes, and says how the flights end.
-fn whole(stored: &[(&Inputs, Stored)]) -> Result<Whole, Error> {
+/// Simulates all axes together, and reports how the flights end.
+fn fly_all_axes(stored: &[(&Inputs, Stored)]) -> Result<SixDofFlights, Error> {
     let progress = Progress::new(&show);
     let designs: Vec<(&Inputs, &Stored)> = stored.iter().map(|(inputs, stored)| (*inputs, stored)).collect();
     let plan = Plan::of_axes(&designs, None, 1, Points::Corners)?;
@@ -117,7 +117,7 @@ fn whole(stored: &[(&Inputs, Stored)]) -> Result<Whole, Error> {
         rows.iter().map(|row| row.figures[index]).filter(|figure| figure.is_finite()).reduce(f64::max)
     };
     let names: Vec<&str> = plan.axes.iter().map(|axis| axis.steered().name).collect();
-    let found = Whole {
+    let found = SixDofFlights {
         flights: rows.len(),
         flown: rows.iter().filter(|row| row.outcome == Outcome::Flown).count(),
         overshoot: names.iter().map(|name| (*name, largest(name))).collect(),
@@ -126,7 +126,7 @@ fn whole(stored: &[(&Inputs, Stored)]) -> Result<Whole, Error> {
         let overshoot = found.overshoot.get(name).copied().flatten();
         format!("{} of {name}", overshoot.map_or_else(|| "unknown".to_owned(), |part| percent(part, 2)))
     };
-    let words = format!(
+    let summary = format!(
         "{} of {} flights end at their references: steps of {} in six degrees of freedom,\nat corners of all that is \
          uncertain; overshoot at most {}",
         found.flown,
@@ -134,16 +134,15 @@ fn whole(stored: &[(&Inputs, Stored)]) -> Result<Whole, Error> {
         names.join(" and "),
         names.iter().map(of).collect::<Vec<_>>().join(" and ")
     );
-    progress.done("whole", &words);
+    progress.done("whole", &summary);
     Ok(found)
 }
 
-/// Shows what else is asked for of the design of an axis; returns the figures that were written, for programs, and the
-/// requirements that are missed.
-fn of_axis(
+/// Prints the further results requested for an axis; returns the written figures for JSON, and the missed requirements.
+fn report_axis(
     (inputs, directory): (&Inputs, &Path),
     finished: Finished,
-    asked: &Design,
+    options: &Design,
 ) -> Result<(Value, Vec<String>), Error> {
     let progress = Progress::new(&show);
     if let Some(robust_design) = &finished.robust {
@@ -153,12 +152,12 @@ fn of_axis(
             directory.join(CERTIFICATE).display()
         ));
     }
-    if asked.ladder {
+    if options.ladder {
         let climb = || ladder::climb(&inputs.design, &finished.plant, &finished.design);
-        let words = progress.timed("ladder", "solving for each assumption about the speed", climb).0?;
-        say(&format!("\n{}", words.trim_end()));
+        let summary = progress.timed("ladder", "solving for each assumption about the speed", climb).0?;
+        say(&format!("\n{}", summary.trim_end()));
     }
-    if let Some(rate) = asked.constant {
+    if let Some(rate) = options.constant {
         let (k, gamma) = (&finished.design.controller, finished.design.certified.gamma);
         let found = constant(inputs, &finished.model, k, gamma, rate, &progress)?;
         found.save(directory)?;
@@ -183,12 +182,12 @@ fn of_axis(
     Ok((figures, finished.verdict.missed().map(missed).collect()))
 }
 
-/// A bound on the rate of the speed, m/s^2, in words.
+/// Returns a bound on the rate of the speed, m/s^2, as text.
 pub(crate) fn no_faster(rate: Option<f64>) -> String {
     rate.map(|rate| format!(" that changes by at most {rate} m/s^2")).unwrap_or_default()
 }
 
-/// The figures that were written, for programs.
+/// Returns the written figures for JSON.
 fn figures(directory: &Path) -> Result<Value, Error> {
     let written = |name: &str| {
         let path = directory.join(name);
@@ -203,20 +202,20 @@ fn figures(directory: &Path) -> Result<Value, Error> {
     }))
 }
 
-/// A row that is missed, in words.
+/// Returns a missed requirement as text.
 pub(crate) fn missed(row: &Row) -> String {
     format!("MISSED: {} is {}; 'require.{}' asks for {}", row.what, row.found(), row.key, row.required())
 }
 
-/// A new design, written; where it misses something, with what to turn.
-fn designed(
+/// Designs a controller and writes it; if it misses a requirement, searches for the key to change.
+fn design_axis(
     inputs: &Inputs,
     directory: &Path,
-    asked: &Design,
+    options: &Design,
     progress: &Progress,
 ) -> Result<Finished, Error> {
     check_owner(directory, inputs)?;
-    let mut finished = run_with(inputs, progress, asked.robust)?;
+    let mut finished = run_with(inputs, progress, options.robust)?;
     let outdated = outdated(directory, inputs, &finished)?;
     let source = source_directory(directory, inputs);
     let is_outdated = is_source_outdated(&source, &finished)?;
@@ -226,16 +225,16 @@ fn designed(
         progress.done("removed", &format!("{}: it was of an earlier design", path.display()));
     }
     if is_outdated {
-        let words = format!("{} is of an earlier design; `squid export` writes it again", source.display());
-        progress.done("outdated", &words);
+        let summary = format!("{} is of an earlier design; `squid export` writes it again", source.display());
+        progress.done("outdated", &summary);
     }
-    // No weight changes a given controller.
+    // Weights do not affect a given controller.
     let given = inputs.design.controller.is_some();
-    if finished.verdict.missed().next().is_none() || asked.no_advise || given {
+    if finished.verdict.missed().next().is_none() || options.no_advise || given {
         return Ok(finished);
     }
-    let wanted = if asked.robust { ControllerKind::Robust } else { ControllerKind::Nominal };
-    match advise(inputs, wanted, &mut finished.verdict, progress) {
+    let kind = if options.robust { ControllerKind::Robust } else { ControllerKind::Nominal };
+    match advise(inputs, kind, &mut finished.verdict, progress) {
         Ok(()) => {
             store::save(directory, inputs, &finished)?;
             progress.done("advice", &finished.verdict.advice());
@@ -245,14 +244,14 @@ fn designed(
     Ok(finished)
 }
 
-/// Returns the stored design of each axis, or a new one if there is none or the files changed since; new ones are made
-/// side by side. The caller reports whether they are proved.
+/// Returns the stored design of each axis, or a new one if there is none or the files changed since; new ones are
+/// designed in parallel. The caller reports whether they are proved.
 ///
 /// # Errors
-/// Those of the files and of the stages. [`StoreError::Stale`] where a new design would not have all of the old one.
+/// Errors of the files and of the stages; [`StoreError::Stale`] if a new design would lack results of the old one.
 pub fn load_or_design(axes: &[(Inputs, PathBuf)]) -> Result<Vec<Stored>, Error> {
-    let one = |(later, stored): (Later, Result<Stored, Error>)| {
-        later.show();
+    let one = |(deferred, stored): (Deferred, Result<Stored, Error>)| {
+        deferred.show();
         stored
     };
     side_by_side(axes, load_or_design_one).into_iter().map(one).collect()
@@ -267,11 +266,11 @@ fn load_or_design_one(inputs: &Inputs, directory: &Path, progress: &Progress<'_>
         }
         other => return Ok(other?),
     }
-    designed(inputs, directory, &Design::default(), progress)?;
+    design_axis(inputs, directory, &Design::default(), progress)?;
     Ok(store::load(directory, inputs)?)
 }
 
-/// Whether a directory has more than a design without options writes.
+/// Returns `true` if a directory has results of a design with options.
 fn has_more(directory: &Path) -> bool {
     ["robust.json", CONSTANT_CERTIFICATE].iter().any(|name| directory.join(name).exists())
 }

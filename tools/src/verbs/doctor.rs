@@ -1,4 +1,4 @@
-//! `squid doctor`: what this machine has of what squid needs.
+//! `squid doctor`: checks this machine for what squid needs.
 
 use crate::error::Error;
 use crate::output::{answer, say};
@@ -9,25 +9,25 @@ use std::process::Command;
 
 /// A program that squid or its tests need.
 struct Tool {
-    /// Names under which it may be found, and what makes each print its version.
-    names: &'static [Words],
-    version: &'static [Words],
-    needed_for: Words,
-    /// Whether `run.py fly` fails without it.
+    /// Alternative names of the program; `version` holds the arguments that print its version.
+    names: &'static [Text],
+    version: &'static [Text],
+    needed_for: Text,
+    /// `true` if `run.py fly` fails without the program.
     required: bool,
-    remedy: Words,
+    remedy: Text,
 }
 
-type Words = &'static str;
+type Text = &'static str;
 
 impl Tool {
-    /// A program without which `run.py fly` fails.
-    const fn required(names: &'static [Words], needed_for: Words, remedy: Words) -> Self {
+    /// Returns a program without which `run.py fly` fails.
+    const fn required(names: &'static [Text], needed_for: Text, remedy: Text) -> Self {
         Self { names, version: &["--version"], needed_for, required: true, remedy }
     }
 
-    /// A program without which some tests or flights are left out.
-    const fn optional(names: &'static [Words], needed_for: Words, remedy: Words) -> Self {
+    /// Returns a program without which some tests or simulations are skipped.
+    const fn optional(names: &'static [Text], needed_for: Text, remedy: Text) -> Self {
         Self { required: false, ..Self::required(names, needed_for, remedy) }
     }
 }
@@ -61,7 +61,7 @@ const TOOLS: [Tool; 8] = [
 /// Prints which programs are found and which are missing.
 ///
 /// # Errors
-/// [`Error::Missing`] where something is missing without which no FMU can be made.
+/// [`Error::Missing`] if a program is missing without which no FMU can be built.
 pub fn run() -> Result<(), Error> {
     let (mut missing, mut rows) = (Vec::new(), Vec::new());
     for tool in &TOOLS {
@@ -87,7 +87,7 @@ pub fn run() -> Result<(), Error> {
     if missing.is_empty() { Ok(()) } else { Err(Error::Missing { programs: missing.join(", ") }) }
 }
 
-/// The first line that a program prints of its version; `None` where it does not run.
+/// Returns the first line of a program's version output; `None` if the program does not run.
 fn version(name: &str, arguments: &[&str]) -> Option<String> {
     let output = Command::new(name).args(arguments).output().ok().filter(|output| output.status.success())?;
     let text = String::from_utf8_lossy(&output.stdout).into_owned();

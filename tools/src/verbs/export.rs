@@ -1,6 +1,6 @@
-//! `squid export`: proves the certificate again, and writes the controller as source for the computer of a vehicle.
+//! `squid export`: verifies the certificate, and writes the controller as source for the vehicle's computer.
 
-use crate::cli::{Asked, Export, Language, Real, Which};
+use crate::cli::{Export, Language, Real, Selected, Which};
 use crate::error::Error;
 use crate::output::{answer_each, say};
 use crate::progress::show;
@@ -15,17 +15,17 @@ use squid_package::fmu::{lines, require_proof, standing};
 /// Writes the controller of a design.
 ///
 /// # Errors
-/// Those of the files and the design; that the controller cannot be written in the language.
-pub fn run(which: &Which, asked: Export) -> Result<(), Error> {
-    let Export { language: Language::C, real, to, allow_uncertified, verbose } = asked;
+/// Errors of the files and the design, or of a controller that the language cannot represent.
+pub fn run(which: &Which, options: Export) -> Result<(), Error> {
+    let Export { language: Language::C, real, to, allow_uncertified, verbose } = options;
     let real = match real {
         Real::Double => squid_embedded::Real::Double,
         Real::Float => squid_embedded::Real::Float,
     };
-    let Asked { axes, directory: of_all } = which.read()?;
+    let Selected { axes, directory: of_all } = which.read()?;
     let several = axes.len() > 1;
     let (mut made, mut objects, mut sources) = (vec![], vec![], vec![]);
-    // All are made before any is written.
+    // All sources are generated before any is written.
     for (inputs, directory) in &axes {
         let mut stored = store::load(directory, inputs)?;
         let to = match &to {

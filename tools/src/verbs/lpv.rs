@@ -1,4 +1,4 @@
-//! The verbs of `squid lpv`: their options, what they print, and their exit codes.
+//! Verbs of `squid lpv`: options, output and exit codes.
 
 use crate::error::Error;
 use crate::output::{answer, say};
@@ -16,102 +16,102 @@ use squid_problem::{gain, mu, sampled, synth};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// What `squid lpv` can do.
+/// Verbs of `squid lpv`.
 #[derive(Debug, Subcommand)]
 pub enum LpvVerb {
     /// Design a scheduled controller near the least gamma, and prove its gain bound
     ///
     /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without parameters
     /// {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt, |theta_i| <= 1.
-    /// Weights are part of the plant, so all are proper: E is refused, unless the identity. D22 may be left out where
-    /// it is 0. "rate" beside "blocks" bounds |theta'| of a plant with one parameter: the controller is made for that,
-    /// by Lyapunov matrices that depend on theta, and its gain is proved at that rate and, larger, at any. "dt", the
-    /// sample time in s, makes it a plant in discrete time: so is the controller, and what is proved.
+    /// Weights are part of the plant and must be proper: E is refused unless it is the identity. D22 may be omitted if
+    /// it is
+    /// 0. "rate" next to "blocks" bounds |theta'| of a plant with one parameter: the controller is then designed with
+    /// Lyapunov matrices that depend on theta, and its gain is proved both for that rate and (a larger bound) for any
+    /// rate. "dt", the sample time in s, makes the plant, the controller and the proof discrete-time.
     ///
-    /// `gamma` of --json is the lowest gamma found, and `least` whether it is shown, in floating point, to be the least
-    /// within 0.1 %: without parameters of any controller, by Riccati equations with 32 digits; with them of the
-    /// synthesis inequalities. Where it is not, a better controller may exist: the larger a plant is, the less often a
-    /// search is repeated in other coordinates, which depends on its size alone. `gamma_lower`, without parameters and
-    /// "dt", is a lower bound of the gain of every controller, proved in exact arithmetic; null if none is proved.
+    /// With --json, `gamma` is the lowest gamma found; `least` is true if it is shown, in floating point, to be the
+    /// least within 0.1 %: without parameters, of all controllers, by Riccati equations with 32 digits; with
+    /// parameters, of the synthesis inequalities. Otherwise a better controller may exist: the larger a plant is, the
+    /// less often the search is repeated in other coordinates, which depends on its size alone. `gamma_lower`, without
+    /// parameters and "dt", is a lower bound of the gain of every controller, proved in exact arithmetic; null if none
+    /// is proved.
     ///
-    /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible: it is
-    /// shown, in floating point, that there is none, or none within --gamma-limit; with parameters, none that a
-    /// quadratic Lyapunov function common to all their values, with these scalings, shows: another may exist; 3,
-    /// numerical_failure: nothing is known; 4, too_fast: there are controllers, but none computed keeps --fastest-mode,
+    /// Exit codes, and `status` with --json: 0, feasible: a controller with a proved bound; 2, infeasible: it is shown,
+    /// in floating point, that no controller exists, or none within --gamma-limit (with parameters: none that a
+    /// quadratic Lyapunov function common to all their values, with these scalings, certifies; another may exist); 3,
+    /// numerical_failure: inconclusive; 4, too_fast: there are controllers, but none computed satisfies --fastest-mode,
     /// which proves nothing about others; 1, error: a file is wrong; 64: the command line is wrong. `reason` says why
     /// there is no controller, `remarks` what in the problem makes gains grow without limit (a control without a
-    /// weight, a measurement without noise) and other deviations from what was asked.
+    /// weight, a measurement without noise), and other deviations from the request.
     Synth(Synth),
-    /// Prove a certificate again, and check that it is of the plant in a problem file
+    /// Verify a certificate, and check that it belongs to the plant in a problem file
     ///
-    /// Exit codes, and the word `status` of --json: 0, proved; 1, not_proved: the certificate fails, or is of another
+    /// Exit codes, and `status` with --json: 0, proved; 1, not_proved: the certificate fails, or belongs to another
     /// plant; 1, error: a file is wrong; 64: the command line is wrong.
     Check {
-        /// The problem file
+        /// Problem file
         problem: PathBuf,
-        /// The certificate that `squid lpv synth` wrote
+        /// Certificate written by `squid lpv synth`
         certificate: PathBuf,
     },
-    /// Bound the structured singular value mu from both sides: of a matrix, or of a system over all frequencies
+    /// Bound the structured singular value mu from both sides, for a matrix, or for a system over all frequencies
     ///
     /// Reads {"data": {"M": [[[re, im], ..], ..], "blocks": [..]}}, where real entries may be plain numbers, or
     /// {"data": {"P": {"A": .., "B": .., "C": .., "D": ..}, "blocks": [..]}}: z = M w, w = Delta z, and A stable.
     /// `blocks` in the usual notation: [-r, 0] a real scalar repeated r times, [r, 0] a complex one, [p, q] a full
     /// complex block of p rows and q columns. "dt", the sample time in s, makes P a system in discrete time: mu is then
-    /// that over the unit circle, and frequencies go to pi/dt.
+    /// taken over the unit circle, and frequencies extend to pi/dt.
     ///
-    /// Of a system the upper bound holds at every frequency from 0 to infinity, not on a grid. The lower bound comes
-    /// with the perturbation that shows it: it makes I - M Delta singular.
+    /// For a system the upper bound holds at every frequency from 0 to infinity, not on a grid. The lower bound comes
+    /// with the perturbation that attains it: it makes I - M Delta singular.
     ///
-    /// --json prints `upper`, `lower` (0 when there is no perturbation to show one), `frequency` (where the upper
-    /// bound is largest, rad/s; null for a matrix, the word "infinity" for infinite frequency), `lower_frequency`
-    /// (where Delta puts a pole on the axis), `delta` (rows of [re, im]; null when there is none), `residual` (of
-    /// det(I - M Delta) = 0), `intervals`, `seconds`, `reason`.
+    /// With --json it prints `upper`, `lower` (0 if no perturbation was found), `frequency` (where the upper bound is
+    /// largest, rad/s; null for a matrix, the string "infinity" for infinite frequency), `lower_frequency` (where Delta
+    /// puts a pole on the axis), `delta` (rows of [re, im]; null if there is none), `residual` (of det(I - M Delta) =
+    /// 0), `intervals`, `seconds`, `reason`.
     ///
-    /// Exit codes, and the word `status` of --json: 0, bounded; 1, error: a file is wrong, the system is unstable
-    /// without any perturbation, or the intervals do not close; 64: the command line is wrong.
+    /// Exit codes, and `status` with --json: 0, bounded; 1, error: a file is wrong, the system is unstable without any
+    /// perturbation, or the intervals do not close; 64: the command line is wrong.
     Mu {
-        /// The problem file
+        /// Problem file
         problem: PathBuf,
     },
-    /// Bound the gain of a sampled loop from both sides, with what happens between its ticks
+    /// Bound the gain of a sampled loop from both sides, including its behaviour between samples
     ///
     /// Reads {"data": {"P": {..}, "blocks": [], "K": {"A": .., "B": .., "C": .., "D": ..}, "sample_time": T}}: a plant
-    /// as `synth` reads it, without parameters and without D22, and a controller u = K y in discrete time; u is held
-    /// from tick to tick. "delay": the commands are delayed by so many ticks, 10 at most. w is any function of finite
-    /// energy; its components that reach y directly (D21), or all of them with "held": true, are held from tick to
-    /// tick.
+    /// as in `synth`, without parameters and without D22, and a discrete-time controller u = K y with zero-order hold.
+    /// "delay" delays the commands by a number of samples, at most 10. w is any function of finite energy; its
+    /// components that reach y directly (D21), or all of them with "held": true, are held between samples.
     ///
-    /// --json prints `lower` and `upper` (null for a loop that is not stable), `seconds`, `reason`.
+    /// With --json it prints `lower` and `upper` (null for an unstable loop), `seconds`, `reason`.
     ///
-    /// Exit codes, and the word `status` of --json: 0, bounded; 2, unstable; 1, error: a file is wrong; 64: the command
-    /// line is wrong.
+    /// Exit codes, and `status` with --json: 0, bounded; 2, unstable; 1, error: a file is wrong; 64: the command line
+    /// is wrong.
     Sampled {
-        /// The problem file
+        /// Problem file
         problem: PathBuf,
     },
-    /// Bound the gain of a closed loop: for parameters that change arbitrarily fast, at a bounded rate, and constant
-    /// ones
+    /// Bound the gain of a closed loop for parameters that change arbitrarily fast, at a bounded rate, or are constant
     ///
-    /// Reads a plant as `synth` does, without controls and measurements: {"data": {"P": {"A": .., "Bt": .., "B1": ..,
+    /// Reads a plant as in `synth`, without controls and measurements: {"data": {"P": {"A": .., "Bt": .., "B1": ..,
     /// "Ct": .., "C1": .., "Dtt": .., "Dt1": .., "D1t": .., "D11": ..}, "blocks": [r_1, ..]}}; wt = blkdiag(theta_i
-    /// I_ri) zt, |theta_i| <= 1. "rate" beside "blocks" bounds |theta'| of the only parameter; "dt" is
-    /// the sample time of a loop in discrete time.
+    /// I_ri) zt, |theta_i| <= 1. "rate" next to "blocks" bounds |theta'| of a single parameter; "dt" is the sample time
+    /// of a discrete-time loop.
     ///
-    /// The bound for every trajectory of the parameters, by a constant Lyapunov matrix with symmetric and skew
-    /// scalings, is proved in exact arithmetic; so is that at the rate, by one that is a polynomial in theta. There may
-    /// be one at the rate alone. That for constant parameters is the worst-case gain over all frequencies, from both
-    /// sides: see `mu`.
+    /// The bound for every trajectory of the parameters uses a constant Lyapunov matrix with symmetric and skew
+    /// scalings and is proved in exact arithmetic; the bound for a limited rate uses a Lyapunov matrix that is
+    /// polynomial in theta, is proved likewise, and may exist without the former. The bound for constant parameters is
+    /// the worst-case gain over all frequencies, from both sides; see `mu`.
     ///
-    /// --json prints `gamma` and `gamma_symmetric` (the lowest bounds found for parameters that change arbitrarily
-    /// fast), `least` (whether `gamma` is shown to be the least of the inequalities within 0.1 %), `proved`, `rate`,
-    /// `proved_at_rate` (at most `proved`), `constant_upper`, `constant_lower`, `constant_theta` (the worst parameters
-    /// found), `reasons`, `seconds`.
+    /// With --json it prints `gamma` and `gamma_symmetric` (the lowest bounds found for parameters that change
+    /// arbitrarily fast), `least` (true if `gamma` is shown to be the least of the inequalities within 0.1 %),
+    /// `proved`, `rate`, `proved_at_rate` (at most `proved`), `constant_upper`, `constant_lower`, `constant_theta` (the
+    /// worst parameters found), `reasons`, `seconds`.
     ///
-    /// Exit codes, and the word `status` of --json: 0, proved; 3, not_found: no bound was found, which proves nothing;
-    /// 1, error: a file is wrong; 64: the command line is wrong.
+    /// Exit codes, and `status` with --json: 0, proved; 3, not_found: no bound was found, which proves nothing; 1,
+    /// error: a file is wrong; 64: the command line is wrong.
     Gain {
-        /// The problem file
+        /// Problem file
         problem: PathBuf,
         /// Write certificate.json to this directory
         #[arg(long, value_name = "DIR")]
@@ -119,24 +119,24 @@ pub enum LpvVerb {
     },
 }
 
-/// The options of `squid lpv synth`.
+/// Options of `squid lpv synth`.
 #[derive(Debug, Args)]
 pub struct Synth {
-    /// The problem file
+    /// Problem file
     problem: PathBuf,
     /// Write report.json, controller.json and certificate.json to this directory
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Build the controller this far above the lowest gamma found, relative
+    /// Back off by this fraction from the lowest gamma found when building the controller
     #[arg(long, value_name = "FRACTION", default_value_t = 0.1, allow_negative_numbers = true)]
     back_off: f64,
-    /// Report as infeasible where it is shown that no gamma is below this
+    /// Report the problem as infeasible if it is shown that no gamma is below this
     #[arg(long, value_name = "GAMMA", allow_negative_numbers = true)]
     gamma_limit: Option<f64>,
     /// Allow no mode of the controller faster than this, rad/s; also after --reduce
     ///
-    /// Of the controller frozen at each point of a grid of the parameters: 11 values each for one or two of them, 7
-    /// for three, 5 for four, 3 for five and six, beyond that vertices alone. Between the points it is not checked.
+    /// Checked for the controller frozen at the points of a parameter grid: 11 values each for one or two parameters, 7
+    /// for three, 5 for four, 3 for five and six, and the vertices only for more. It is not checked between the points.
     #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
     fastest_mode: Option<f64>,
     /// Remove controller states and channels while the bound stays within 2 %
@@ -144,9 +144,9 @@ pub struct Synth {
     reduce: bool,
     /// Tune a controller of fixed structure instead: `static`, u = D y, or a number of states, with constant matrices
     ///
-    /// The gains are those of smallest H-infinity norm over frozen parameters, from 16 starts, and from there of
-    /// smallest proved gain. The search is local: `gamma` is the bound of what was found, and exit code 3 proves
-    /// nothing. Not for problems with `rate`, `dt` or `D22`.
+    /// Minimises the H-infinity norm over frozen parameters, from 16 starts, and then the proved gain. The search is
+    /// local: `gamma` is the bound of the controller found, and exit code 3 proves nothing. Not available with `rate`,
+    /// `dt` or `D22`.
     #[arg(long, value_name = "STATES", value_parser = structure,
         conflicts_with_all = ["back_off", "gamma_limit", "fastest_mode", "reduce"])]
     structure: Option<usize>,
@@ -155,7 +155,7 @@ pub struct Synth {
 /// Runs a verb.
 ///
 /// # Errors
-/// Those of the files and options.
+/// Errors of the files and options.
 pub fn run(verb: &LpvVerb) -> Result<ExitCode, Error> {
     match verb {
         LpvVerb::Synth(options) => synth(options),
@@ -166,15 +166,15 @@ pub fn run(verb: &LpvVerb) -> Result<ExitCode, Error> {
     }
 }
 
-/// Prints bounds in words and for programs; for programs also why there are none.
-fn shown<Report: Serialize>(
+/// Prints bounds as text and JSON; if there are none, the reason as JSON.
+fn print_bounds<Report: Serialize>(
     outcome: Result<Report, ProblemError>,
-    words: impl Fn(&Report) -> String,
+    to_text: impl Fn(&Report) -> String,
     refused: impl Fn(&ProblemError) -> Report,
 ) -> Result<Report, Error> {
     match &outcome {
         Ok(report) => {
-            say(&words(report));
+            say(&to_text(report));
             answer(report)?;
         }
         Err(error) => answer(&refused(error))?,
@@ -184,7 +184,7 @@ fn shown<Report: Serialize>(
 
 fn mu(problem: &Path) -> Result<ExitCode, Error> {
     let outcome = Source::read(problem).and_then(|source| mu::run(&source));
-    shown(outcome, mu::Report::words, mu::Report::refused)?;
+    print_bounds(outcome, mu::Report::words, mu::Report::refused)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -199,16 +199,16 @@ fn gain(problem: &Path, out: Option<&Path>) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(if report.theorem.is_some() { 0 } else { NOT_FOUND }))
 }
 
-/// The exit code where no bound was found.
+/// Exit code if no bound was found.
 const NOT_FOUND: u8 = 3;
 
 fn sampled(problem: &Path) -> Result<ExitCode, Error> {
     let outcome = Source::read(problem).and_then(|source| sampled::run(&source));
-    let report = shown(outcome, sampled::Report::words, sampled::Report::refused)?;
+    let report = print_bounds(outcome, sampled::Report::words, sampled::Report::refused)?;
     Ok(ExitCode::from(if report.upper.is_some() { 0 } else { UNSTABLE }))
 }
 
-/// The exit code of a sampled loop that is not stable.
+/// Exit code for an unstable sampled loop.
 const UNSTABLE: u8 = 2;
 
 fn check(problem: &Path, certificate: &Path) -> Result<ExitCode, Error> {
@@ -242,7 +242,7 @@ fn synth(synth: &Synth) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(report.exit_code()))
 }
 
-/// The number of states of a fixed structure.
+/// Parses the number of states of a fixed structure.
 fn structure(text: &str) -> Result<usize, String> {
     let states = if text == "static" { Ok(0) } else { text.parse() };
     states
@@ -251,7 +251,7 @@ fn structure(text: &str) -> Result<usize, String> {
         .ok_or_else(|| format!("it must be 'static' or a number of states from 0 to {MOST_STATES}"))
 }
 
-/// The largest number of states of a fixed structure: the number of gains grows with its square.
+/// Largest number of states of a fixed structure: the number of gains grows with its square.
 const MOST_STATES: usize = 20;
 
 fn options(synth: &Synth) -> Result<Options, Error> {

@@ -1,4 +1,4 @@
-//! `squid new`: a commented vehicle to start from.
+//! `squid new`: creates a commented vehicle to start from.
 
 use crate::error::Error;
 use crate::output::{answer, say};
@@ -9,11 +9,11 @@ use squid_design::inputs::design_file::DesignFile;
 use squid_design::inputs::together::common_speeds;
 use std::path::Path;
 
-/// The files of a vehicle that is shipped, and the line of its name.
+/// Files of a vehicle that ships with squid, and the line with its name.
 struct Template {
     vehicle: &'static str,
     design: &'static str,
-    /// Further designs: their files, what they are of, and their texts.
+    /// Further designs: file names, the quantities they steer, and texts.
     others: &'static [(&'static str, &'static str, &'static str)],
     name: &'static str,
 }
@@ -29,21 +29,21 @@ macro_rules! template {
     };
 }
 
-/// What a new vehicle can start from.
+/// Vehicles from which a new one can start.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub enum Like {
-    /// Thrusters, the usual keys explained; the numbers are those of the Squid surrogate
+    /// Thrusters; explains the usual keys; uses the coefficients of the Squid surrogate
     Squid,
-    /// A propeller and stern planes; the published numbers of REMUS 100
+    /// Propeller and stern planes; published coefficients of REMUS 100
     Remus100,
-    /// A propeller and stern planes given by their lift; the published numbers of LAUV
+    /// Propeller and stern planes given by their lift; published coefficients of LAUV
     Lauv,
-    /// A slow hull with stern planes, for long range; the published numbers of LRAUV Tethys
+    /// Slow long-range hull with stern planes; published coefficients of LRAUV Tethys
     Tethys,
-    /// Thrusters along and across the hull; the published numbers of Sparus II
+    /// Thrusters along and across the hull; published coefficients of Sparus II
     Sparus2,
-    /// A box-shaped ROV that thrusters hold level from rest on; the published numbers of BlueROV2 Heavy
+    /// Box-shaped ROV, held level by thrusters even at rest; published coefficients of BlueROV2 Heavy
     Bluerov2Heavy,
 }
 
@@ -60,11 +60,11 @@ impl Like {
     }
 }
 
-/// Writes vehicle.toml, design.toml and the other designs of the model to a directory that is not there yet; its
-/// name is that of the vehicle.
+/// Writes vehicle.toml, design.toml and the other designs of the chosen vehicle to a new directory, whose name becomes
+/// that of the vehicle.
 ///
 /// # Errors
-/// [`Error::Exists`], a name that no vehicle can have, those of the files.
+/// [`Error::Exists`], a name that a vehicle cannot have, and errors of the files.
 pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     let name = directory.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     if directory.exists() {
@@ -75,7 +75,7 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     let head = format!(
         "# Made by `squid new` from {whose}: every number is that of {whose} until you replace it.\n#\n"
     );
-    // Commands in comments name the new directory.
+    // Commands in comments must name the new directory.
     let shown = quoted(&directory.display().to_string());
     let here = |text: &str| text.replace(&format!("vehicles/{whose}"), &shown);
     let status = |line: &str| line.starts_with("status = ");
@@ -116,7 +116,7 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     Ok(answer(&json!({ "files": files }))?)
 }
 
-/// A path as a shell takes it for one word.
+/// Returns a path quoted for a shell if necessary.
 fn quoted(path: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "/\\.:_-~".contains(c);
     if path.chars().all(plain) { path.to_owned() } else { format!("\"{path}\"") }

@@ -1,6 +1,6 @@
-//! `squid package`: proves the certificate again, and packs FMUs and SSP.
+//! `squid package`: verifies the certificate, and packs FMUs and SSP.
 
-use crate::cli::{Asked, Packing, Which};
+use crate::cli::{Packing, Selected, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
@@ -24,13 +24,13 @@ use std::path::{Path, PathBuf};
 /// Packs the FMUs of a design.
 ///
 /// # Errors
-/// Those of the files, the design, the report and the libraries.
-pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
-    let Packing { platforms, kind, binaries, allow_uncertified, descriptions, verbose } = asked;
+/// Errors of the files, the design, the report and the libraries.
+pub fn run(which: &Which, options: Packing) -> Result<(), Error> {
+    let Packing { platforms, kind, binaries, allow_uncertified, descriptions, verbose } = options;
     let interfaces = kind.into();
     let binaries = Binaries { platforms: named(&platforms)?, directory: binaries };
-    let Asked { axes: read, directory } = which.read()?;
-    // Of heading a controller alone: the vehicle is packed with its design of pitch or depth.
+    let Selected { axes: read, directory } = which.read()?;
+    // A heading design alone is packed as a controller: the vehicle is packed with its pitch or depth design.
     let alone = read.iter().all(|(inputs, _)| inputs.design.view().is_level_held);
     let mut kinds = Kind::with(interfaces);
     kinds.retain(|kind| !alone || *kind == Kind::Controller);
@@ -61,7 +61,7 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
     } else {
         None
     };
-    let words = coupling.as_ref().map(|[first, _]| first.words.clone());
+    let coupling_claim = coupling.as_ref().map(|[first, _]| first.words.clone());
     for ((_, stored, _), own) in proved.iter_mut().zip(coupling.into_iter().flatten()) {
         stored.coupling = Some(own);
     }
@@ -69,25 +69,25 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
     let designs = &designs[..];
     let (mut standings, mut claims) = (vec![], vec![]);
     for (_, stored, proof) in &proved {
-        let said = |words: &str| said(designs.len(), &stored.controller.steered(), words);
-        standings.push(said(&standing(proof)));
-        claims.extend(lines(proof, stored).iter().map(|line| said(line)));
+        let prefixed = |text: &str| said(designs.len(), &stored.controller.steered(), text);
+        standings.push(prefixed(&standing(proof)));
+        claims.extend(lines(proof, stored).iter().map(|line| prefixed(line)));
     }
     let standing = standings.join("\n");
     claims.iter().for_each(|line| say(line));
-    let coupled = words.map(|words| format!("certified: {words}"));
+    let coupled = coupling_claim.map(|claim| format!("certified: {claim}"));
     coupled.iter().for_each(|line| say(line));
     unproved(designs.len(), coupled.is_some()).into_iter().for_each(say);
-    let warn = |words: String| say(&format!("WARNING: {words}"));
+    let warn = |text: String| say(&format!("WARNING: {text}"));
     narrower(&inputs(designs)).into_iter().for_each(warn);
     for (_, stored) in designs {
         let name = stored.controller.steered();
-        stored.missed().into_iter().for_each(|words| warn(said(designs.len(), &name, &words)));
+        stored.missed().into_iter().for_each(|text| warn(said(designs.len(), &name, &text)));
     }
     if verbose {
         say(&standing);
     }
-    // All are made before any is written.
+    // All files are generated before any is written.
     let files: Vec<(PathBuf, Vec<u8>)> = match &descriptions {
         Some(to) => {
             let kinds = kinds.iter().copied();
@@ -106,8 +106,8 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
             };
             let fmus = kinds.iter().copied().map(packed).collect::<Result<Vec<_>, _>>()?;
             let system = match &fmus[..] {
-                [plant, controller, whole] => {
-                    let name = &whole.description.model_identifier;
+                [plant, controller, closed_loop] => {
+                    let name = &closed_loop.description.model_identifier;
                     Some(ssp::pack(
                         name,
                         &[(Kind::Plant, plant), (Kind::Controller, controller)],
@@ -128,9 +128,9 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
     let mut set = Files::default();
     if descriptions.is_none() && interfaces == Interfaces::ModelExchange {
         say("no controller and no SSP: they are for co-simulation");
-        let [_, controller, whole] = Kind::ALL.map(|kind| prepare(kind, designs, Interfaces::All));
+        let [_, controller, closed_loop] = Kind::ALL.map(|kind| prepare(kind, designs, Interfaces::All));
         set.remove(directory.join(format!("{}.fmu", controller?.identifier)));
-        set.remove(directory.join(format!("{}.ssp", whole?.identifier)));
+        set.remove(directory.join(format!("{}.ssp", closed_loop?.identifier)));
     }
     files.into_iter().for_each(|(path, bytes)| set.add(path, bytes));
     set.save(folder)?;

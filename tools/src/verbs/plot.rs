@@ -1,5 +1,5 @@
-//! `squid plot`: plot and figures of a flight, from its record by any FMI tool: CSV with a column `time` and one for
-//! each variable.
+//! `squid plot`: plot and figures of a simulation, from the record of any FMI tool: CSV with a column `time` and one
+//! for each variable.
 
 use crate::cli::read_vehicle;
 use crate::error::Error;
@@ -19,11 +19,11 @@ use squid_signals::{Level, Signal};
 use std::array::from_fn;
 use std::path::{Path, PathBuf};
 
-/// Plots a record, by default to a file beside it, and prints the path, or the figures of the flight as JSON.
+/// Plots a record, by default to a file next to it, and prints the path, or the figures of the simulation as JSON.
 ///
 /// # Errors
-/// [`Error::Record`] when a column is missing or an entry is not a number, [`Error::Report`],
-/// [`files::Error`](squid_base::files::Error); those of the vehicle file.
+/// [`Error::Record`] if a column is missing or an entry is not a number, [`Error::Report`],
+/// [`files::Error`](squid_base::files::Error), and errors of the vehicle file.
 pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<(), Error> {
     let to = out.unwrap_or_else(|| path.with_extension("svg"));
     check_plot(&to)?;
@@ -41,14 +41,15 @@ pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<
         None => Vec::new(),
     };
     match record.get("time") {
-        Some([]) => return Err(wrong(path, "it has no rows")),
-        Some([first, .., last]) if first == last => return Err(wrong(path, "its time stands still")),
+        Some([]) => return Err(record_error(path, "it has no rows")),
+        Some([first, .., last]) if first == last => return Err(record_error(path, "its time stands still")),
         _ => {}
     }
     let surfacing = end_at_surface(&mut record);
     plot(path, &record, &to, &actuators)?;
     if is_for_programs() {
-        let found = figures(&record, &actuators, surfacing, &to).map_err(|reason| wrong(path, reason))?;
+        let found =
+            figures(&record, &actuators, surfacing, &to).map_err(|reason| record_error(path, reason))?;
         return Ok(answer(&found)?);
     }
     if let Some(Surfacing { time, speed }) = surfacing {
@@ -60,12 +61,12 @@ pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<
     Ok(())
 }
 
-/// Why a record cannot be used.
-pub(super) fn wrong(path: &Path, reason: impl Into<String>) -> Error {
+/// Returns the error for a record that cannot be used.
+pub(super) fn record_error(path: &Path, reason: impl Into<String>) -> Error {
     Error::Record { path: path.display().to_string(), reason: reason.into() }
 }
 
-/// Refuses to overwrite what is no plot: the record itself, or a file of a vehicle.
+/// Refuses to overwrite files other than plots, such as the record itself or a vehicle file.
 fn check_plot(to: &Path) -> Result<(), Error> {
     if to.is_file() && !std::fs::read(to).is_ok_and(|found| found.is_empty() || found.starts_with(b"<svg")) {
         let allowed = "a file that is not there yet, or an SVG: nothing else is overwritten".to_owned();
@@ -74,11 +75,10 @@ fn check_plot(to: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// The reference of heading, in the record of a vehicle that turns.
+/// Column of the heading reference, present for a vehicle in six degrees of freedom.
 const HEADING_USED: &str = "heading_reference_used";
 
-/// The record of a flight as an axis with these signals has it, a row for each time; commands are those of the
-/// actuators that are given.
+/// Returns the record as rows of an axis with these signals, one per time, with the commands of the given actuators.
 pub(super) fn rows(record: &Record, actuators: &[Actuator], signals: &[Signal]) -> Result<Vec<Row>, String> {
     let column = |name: &str| record.get(name).ok_or_else(|| format!("there is no column '{name}'"));
     let tracked = || signals.iter().filter_map(|signal| Some((signal, signal.reference?)));
@@ -87,24 +87,24 @@ pub(super) fn rows(record: &Record, actuators: &[Actuator], signals: &[Signal]) 
     }
     let measured: Vec<Option<&[f64]>> = signals.iter().map(|signal| record.get(signal.name)).collect();
     let mut used: Vec<Option<&[f64]>> =
-        tracked().map(|(_, wanted)| record.get(&format!("{}_used", wanted.name))).collect();
+        tracked().map(|(_, reference)| record.get(&format!("{}_used", reference.name))).collect();
     used.resize(TRACKED.min(signals.len()), None);
-    // What was asked is not in the record.
-    let asked = signals.iter().zip(&used).map(|(signal, used)| {
+    // The record contains references after limiting only; those requested are reconstructed.
+    let requested = signals.iter().zip(&used).map(|(signal, used)| {
         let used = (*used)?;
         Some(if signal.level == Level::Start { ends_of_ramps(used) } else { used.to_vec() })
     });
-    let asked: Vec<Option<Vec<f64>>> = asked.collect();
+    let requested: Vec<Option<Vec<f64>>> = requested.collect();
     column("speed_reference_used")?;
     let commands: Vec<&[f64]> = actuators.iter().map(|a| column(&a.name)).collect::<Result<_, _>>()?;
     let (time, depth) = (column("time")?, column("depth")?);
     let at = |column: Option<&[f64]>, k: usize| column.map_or(f64::NAN, |column| column[k]);
     let row = |k: usize| Row {
         time: time[k],
-        used: from_fn(|place| at(used.get(place).copied().flatten(), k)),
+        used: from_fn(|index| at(used.get(index).copied().flatten(), k)),
         signals: Signals {
-            measured: from_fn(|place| at(measured.get(place).copied().flatten(), k)),
-            references: from_fn(|place| at(asked.get(place).and_then(Option::as_deref), k)),
+            measured: from_fn(|index| at(measured.get(index).copied().flatten(), k)),
+            references: from_fn(|index| at(requested.get(index).and_then(Option::as_deref), k)),
         },
         depth: depth[k],
         rho: f64::NAN,
@@ -114,8 +114,7 @@ pub(super) fn rows(record: &Record, actuators: &[Actuator], signals: &[Signal]) 
     Ok((0..time.len()).map(row).collect())
 }
 
-/// What a reference goes to that is limited in rate, as those of depth and heading are: where it changes, the end of
-/// that change.
+/// Replaces a rate-limited reference, such as depth or heading, by the value at the end of each ramp.
 fn ends_of_ramps(used: &[f64]) -> Vec<f64> {
     let mut ends = used.to_vec();
     for k in (1..used.len()).rev() {
@@ -126,7 +125,8 @@ fn ends_of_ramps(used: &[f64]) -> Vec<f64> {
     ends
 }
 
-/// The figures of a flight in SI units and fractions, by the names in `squid plot --help`; what is not known is null.
+/// Returns the figures of a simulation in SI units and fractions, with the names in `squid plot --help`; unknown is
+/// null.
 fn figures(
     record: &Record,
     actuators: &[Actuator],
@@ -144,7 +144,7 @@ fn figures(
             "steady_error": f.steady_error,
         })
     };
-    let used = |signal: &Signal| signal.reference.map(|wanted| format!("{}_used", wanted.name));
+    let used = |signal: &Signal| signal.reference.map(|reference| format!("{}_used", reference.name));
     let has = |signal: &Signal| used(signal).is_some_and(|name| record.get(&name).is_some());
     let level = VIEWS[0].interface.signals;
     let axes = VIEWS.map(|view| {
@@ -153,9 +153,9 @@ fn figures(
             |(index, one): (usize, &Signal)| (one.level != Level::Scheduled && has(one)).then_some(index);
         (signals, signals.iter().enumerate().filter_map(steered).collect::<Vec<usize>>())
     });
-    if axes.iter().all(|(_, places)| places.is_empty()) {
-        let wanted = [PITCH, DEPTH].map(|index| used(&level[index]).unwrap_or_default());
-        return Err(format!("there is no column '{}' and none '{}'", wanted[0], wanted[1]));
+    if axes.iter().all(|(_, indices)| indices.is_empty()) {
+        let columns = [PITCH, DEPTH].map(|index| used(&level[index]).unwrap_or_default());
+        return Err(format!("there is no column '{}' and none '{}'", columns[0], columns[1]));
     }
     let mut figures = json!({
         "plot": plot.display().to_string(),
@@ -163,9 +163,9 @@ fn figures(
         "settled": SETTLED,
         "grace": GRACE,
     });
-    for (signals, places) in &axes {
-        let rows = if places.is_empty() { vec![] } else { rows(record, actuators, signals)? };
-        for index in places {
+    for (signals, indices) in &axes {
+        let rows = if indices.is_empty() { vec![] } else { rows(record, actuators, signals)? };
+        for index in indices {
             let (flight, name) = (FlightFigures::of(&rows, *index, &limits), signals[*index].name);
             figures[format!("{name}_steps")] = flight.steps.iter().map(step).collect();
             figures[format!("{name}_error")] = json!(flight.error);
@@ -176,19 +176,22 @@ fn figures(
     Ok(figures)
 }
 
-/// Draws the record of a flight of `squid.fmu`; commands are shown of the actuators that are given.
+/// Plots the record of a simulation of `squid.fmu`, with the commands of the given actuators.
 fn plot(path: &Path, record: &Record, to: &Path, actuators: &[Actuator]) -> Result<(), Error> {
-    record.get("time").ok_or_else(|| wrong(path, "there is no column 'time'"))?;
+    record.get("time").ok_or_else(|| record_error(path, "there is no column 'time'"))?;
     let panels = panels(record, actuators);
     if panels.is_empty() {
-        return Err(wrong(path, "it contains none of the outputs of a flight (pitch, speed, depth ...)"));
+        return Err(record_error(
+            path,
+            "it contains none of the outputs of a flight (pitch, speed, depth ...)",
+        ));
     }
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     Ok(write(to, draw(to, &format!("Flight: {name}"), &panels)?.as_bytes())?)
 }
 
-/// Removes the rows from the surface on, where the plant's equations are not valid. The speed is NaN where the record
-/// has none.
+/// Removes the rows from the surface on, where the plant's equations are not valid. The speed is NaN if the record has
+/// none.
 fn end_at_surface(record: &mut Record) -> Option<Surfacing> {
     let row = record.get("depth")?.iter().position(|depth| out_of_water(*depth))?;
     let time = *record.get("time")?.get(row)?;
@@ -197,26 +200,26 @@ fn end_at_surface(record: &mut Record) -> Option<Surfacing> {
     Some(Surfacing { time, speed })
 }
 
-/// The place of a heading without its unit, from 1; 0 where there is none.
+/// Returns the position of a column name without its unit, counted from 1; 0 if there is none.
 fn position(names: &[String], name: &str) -> usize {
-    names.iter().position(|one| bare(one) == bare(name)).map_or(0, |place| place + 1)
+    names.iter().position(|one| bare(one) == bare(name)).map_or(0, |index| index + 1)
 }
 
-/// A heading without its unit.
+/// Returns a column name without its unit.
 fn bare(heading: &str) -> &str {
     heading.split_once(" [").map_or(heading, |(name, _)| name)
 }
 
-/// The columns by name, without the quotes that FMPy puts around names.
+/// Reads the columns of a record by name, without the quotes that FMPy puts around names.
 pub(super) fn read_record(path: &Path) -> Result<Record, Error> {
     let text = read(path)?;
-    let unreadable = |reason: csv::Error| wrong(path, reason.to_string());
+    let unreadable = |reason: csv::Error| record_error(path, reason.to_string());
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let names: Vec<String> =
         reader.headers().map_err(unreadable)?.iter().map(|n| n.trim_matches('"').to_owned()).collect();
     if let Some((i, name)) = names.iter().enumerate().find(|(i, name)| position(&names[..*i], name) > 0) {
-        let words = format!("columns {} and {} are both '{name}'", position(&names, name), i + 1);
-        return Err(wrong(path, words));
+        let message = format!("columns {} and {} are both '{name}'", position(&names, name), i + 1);
+        return Err(record_error(path, message));
     }
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
     for row in reader.records() {
@@ -248,7 +251,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_plot_ends_at_the_surface() {
+    fn plot_ends_at_the_surface() {
         let record = "time,depth,speed\n0,1,2\n1,0.2,2.5\n2,-0.3,2.75\n3,0.1,2\n";
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("flight.csv");
@@ -259,7 +262,7 @@ mod tests {
         assert_eq!(end_at_surface(&mut found), None);
 
         std::fs::write(&path, record.replace("2.75", "much")).unwrap();
-        let words = read_record(&path).unwrap_err().to_string();
-        assert!(words.ends_with("flight.csv:4: 'speed' is \"much\"; it must be a number"), "{words}");
+        let message = read_record(&path).unwrap_err().to_string();
+        assert!(message.ends_with("flight.csv:4: 'speed' is \"much\"; it must be a number"), "{message}");
     }
 }

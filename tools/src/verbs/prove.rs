@@ -1,4 +1,4 @@
-//! `squid prove`: proves a given controller, and prints what is known of its loop.
+//! `squid prove`: proves a given controller, and prints the properties of its loop.
 
 pub mod gains;
 
@@ -23,49 +23,50 @@ use squid_report::peers::law::Scheduled;
 use squid_report::peers::survival::{Survival, fleet, survival};
 use squid_report::subject::Subject;
 
-/// Random points of the declared uncertainty, in addition to its vertices.
+/// Number of random points of the declared uncertainty, in addition to its vertices.
 const POINTS: usize = 10;
 
-/// Proves the controller and prints the result; nothing is written.
+/// Proves the controller and prints the result; writes nothing.
 ///
 /// # Errors
-/// Those of the files and of the stages; [`Error::Unproved`]; [`Error::Missed`] with `strict`.
-pub fn run(asked: &Prove) -> Result<(), Error> {
-    let mut inputs = Inputs::read_axis(&asked.vehicle, &asked.design, asked.axis.as_deref())?;
-    if let Some(path) = &asked.controller {
+/// Errors of the files and of the stages; [`Error::Unproved`]; [`Error::Missed`] with `strict`.
+pub fn run(options: &Prove) -> Result<(), Error> {
+    let mut inputs = Inputs::read_axis(&options.vehicle, &options.design, options.axis.as_deref())?;
+    if let Some(path) = &options.controller {
         let (text, file) = (read(path)?, path.display().to_string());
         inputs = inputs.with_controller(squid_pid::read_file(&text, &file)?, &text);
     }
-    let design = asked.design.clone();
+    let design = options.design.clone();
     let Some(pid) = inputs.design.controller.clone() else {
         return Err(InputError::NoController { file: format!("{design}.toml") }.into());
     };
     let progress = Progress::new(&show);
     let finished = run_stages(&inputs, &progress)?;
     let (growth, at) = given::growth(&inputs.axis(), &inputs.design, &finished.design.controller)?;
-    let boxed = progress
+    let survival = progress
         .timed("box", "flights of vehicles of the declared uncertainty", || survivals(&inputs, &finished));
-    let boxed = boxed.0?;
+    let survival = survival.0?;
     let own = DesignFile { controller: None, ..inputs.design.clone() };
     let quiet = Progress::default();
-    let full = progress.timed("full order", "what the weights allow", || {
+    let full_order = progress.timed("full order", "what the weights allow", || {
         synthesise(&inputs.vehicle.actuators, &own, &finished.plant, &quiet)
     });
-    let full = full.0.map(|full| full.certified.gamma);
-    let full = full.map_err(|reason| reason.to_string());
-    report(&inputs, &finished, (growth, at), &boxed, &full, &progress);
-    answer(&object(&pid.file, &finished, (growth, at), &boxed, &full))?;
+    let full_order = full_order.0.map(|full_order| full_order.certified.gamma);
+    let full_order = full_order.map_err(|reason| reason.to_string());
+    report(&inputs, &finished, (growth, at), &survival, &full_order, &progress);
+    answer(&to_json(&pid.file, &finished, (growth, at), &survival, &full_order))?;
     if let Err(reason) = finished.proof {
         return Err(Error::Unproved { reason });
     }
     let missed: Vec<String> = finished.verdict.missed().map(crate::verbs::design::missed).collect();
-    if asked.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
+    if options.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
 }
 
-/// The survival of the declared uncertainty at a speed (m/s), and the number of vehicles.
+/// Speed (m/s), number of vehicles, and survival of the declared uncertainty.
 type Survivals = Vec<(f64, usize, Survival)>;
 
-/// The survivals at both ends and in the middle of the range; empty without declared uncertainty or a pitch reference.
+/// Returns the survivals at both ends and the centre of the speed range; empty without declared uncertainty or a pitch
+/// reference.
 fn survivals(inputs: &Inputs, finished: &Finished) -> Result<Survivals, Error> {
     if inputs.design.tracks("pitch").is_none() || inputs.design.has_depth() || !inputs.is_uncertain() {
         return Ok(vec![]);
@@ -80,13 +81,13 @@ fn survivals(inputs: &Inputs, finished: &Finished) -> Result<Survivals, Error> {
     inputs.design.spread(3).into_iter().map(at).collect()
 }
 
-/// Reports what the stages did not.
+/// Reports the results that the stages do not.
 fn report(
     inputs: &Inputs,
     finished: &Finished,
     (growth, at): (f64, f64),
-    boxed: &Survivals,
-    full: &Result<f64, String>,
+    survival: &Survivals,
+    full_order: &Result<f64, String>,
     progress: &Progress,
 ) {
     let most = finished.verdict.found.frozen.iter().max_by(|a, b| a.gain.value.total_cmp(&b.gain.value));
@@ -100,21 +101,24 @@ fn report(
         Err(_) => format!("NOT PROVED for {how}; the reason is above"),
     };
     progress.done("gain", &proved(&finished.proof, "any trajectory of speed in the range"));
-    let hint = if finished.sampled.is_err() { late(inputs, finished) } else { String::new() };
+    let hint = if finished.sampled.is_err() { delay_hint(inputs, finished) } else { String::new() };
     progress.done("sampled", &(proved(&finished.sampled, "a speed that is constant between ticks") + &hint));
-    let words = match (full, &finished.proof) {
-        (Ok(full), Ok(_)) if finished.design.certified.gamma > LARGE * full => format!(
+    let summary = match (full_order, &finished.proof) {
+        (Ok(full_order), Ok(_)) if finished.design.certified.gamma > LARGE * full_order => format!(
             "gain below {} on the same weights, by the controller of `squid design`\n\
              a gain far above that is no danger in itself: slow errors count more than a hundred times\n\
              (margins, mu and the box say more; docs/pid.md)",
-            above(*full)
+            above(*full_order)
         ),
-        (Ok(full), _) => {
-            format!("gain below {} on the same weights, by the controller of `squid design`", above(*full))
+        (Ok(full_order), _) => {
+            format!(
+                "gain below {} on the same weights, by the controller of `squid design`",
+                above(*full_order)
+            )
         }
         (Err(reason), _) => format!("none: {reason}"),
     };
-    progress.done("full order", &words);
+    progress.done("full order", &summary);
     let line = |(speed, vehicles, Survival { share, overshoot }): &(f64, usize, Survival)| {
         format!(
             "{} m/s: {} % of {vehicles} vehicles of [uncertainty] fly the step, overshoot at most {} %",
@@ -123,15 +127,15 @@ fn report(
             decimals(100.0 * overshoot, 1)
         )
     };
-    let lines: Vec<String> = boxed.iter().map(line).collect();
+    let lines: Vec<String> = survival.iter().map(line).collect();
     if !lines.is_empty() {
         progress.done("box", &lines.join("\n"));
     }
     progress.done("verdict", &finished.verdict.summary());
 }
 
-/// A likely reason why a sampled loop has no bound.
-fn late(inputs: &Inputs, finished: &Finished) -> String {
+/// Returns a likely reason for which a sampled loop has no bound.
+fn delay_hint(inputs: &Inputs, finished: &Finished) -> String {
     let (delay, tick) = (finished.verdict.found.frozen.iter().map(AtSpeed::delay), inputs.design.sample_time);
     match delay.reduce(f64::min) {
         Some(delay) if delay < 2.0 * tick => {
@@ -141,19 +145,19 @@ fn late(inputs: &Inputs, finished: &Finished) -> String {
     }
 }
 
-/// A gain above this multiple of that of full order needs a word.
+/// Multiple of the full-order gain above which a gain is explained.
 const LARGE: f64 = 3.0;
 
-fn object(
+fn to_json(
     file: &str,
     finished: &Finished,
     (growth, at): (f64, f64),
-    boxed: &Survivals,
-    full: &Result<f64, String>,
+    survival: &Survivals,
+    full_order: &Result<f64, String>,
 ) -> Value {
     let sizes = finished.design.controller.parts.sizes();
     let gamma = |proof: &Result<Proof, String>| proof.as_ref().ok().and_then(|p| p.theorem.gamma);
-    let boxed: Vec<Value> = boxed
+    let survival: Vec<Value> = survival
         .iter()
         .map(|(speed, vehicles, found)| {
             let Survival { share, overshoot } = found;
@@ -173,8 +177,8 @@ fn object(
         "gain_with_model_error": finished.proof.as_ref().ok().and_then(|p| p.theorem.gamma_with_model_error),
         "sampled_gain": gamma(&finished.sampled),
         "not_sampled_because": finished.sampled.as_ref().err(),
-        "full_order_gain": full.as_ref().ok(),
-        "box": boxed,
+        "full_order_gain": full_order.as_ref().ok(),
+        "box": survival,
         "verdict": finished.verdict,
     })
 }

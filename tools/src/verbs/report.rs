@@ -1,6 +1,6 @@
-//! `squid report`: the report on a stored design.
+//! `squid report`: writes the report on a stored design.
 
-use crate::cli::{Asked, Which, read_sea};
+use crate::cli::{Selected, Which, read_sea};
 use crate::error::Error;
 use crate::output::{answer, say, say_path};
 use crate::progress::show;
@@ -20,13 +20,13 @@ use squid_report::subject::Subject;
 use squid_report::turning::{Axes, turns};
 use std::path::{Path, PathBuf};
 
-/// Writes the report on a design, all its axes on one page, with the paper's sections and claims if `paper`, flown at
-/// sea if a file says one, and with other designs beside it.
+/// Writes the report on a design with all its axes on one page: with the paper's sections and claims if `paper`, with
+/// simulations in a sea if a file is given, and with other designs for comparison.
 ///
 /// # Errors
-/// Those of the files, the design and the figures; [`Error::Argument`] for what is of one axis alone.
+/// Errors of the files, the design and the figures; [`Error::Argument`] for options that require a single axis.
 pub fn run(which: &Which, paper: bool, sea: Option<&Path>, beside: &[String]) -> Result<(), Error> {
-    let Asked { axes, directory } = which.read_to_write()?;
+    let Selected { axes, directory } = which.read_to_write()?;
     let sea = sea.map(|path| read_sea(path, &axes[0].0)).transpose()?;
     let first = &axes[0].0;
     if paper && axes.iter().any(|(inputs, _)| inputs.design.view().is_level_held) {
@@ -76,10 +76,10 @@ pub fn run(which: &Which, paper: bool, sea: Option<&Path>, beside: &[String]) ->
     Ok(answer(&json!({ "report": page, "unproved": found.unproved, "said": found.words }))?)
 }
 
-/// The files of other designs of the vehicle, each with its directory: the default one, or one below that of `--out`.
+/// Reads the files of other designs of the vehicle, each with its directory: the default one, or one below `--out`.
 ///
 /// # Errors
-/// [`Error::Argument`] for a design that is named twice; those of the files; a design that flies another course.
+/// [`Error::Argument`] for a design that is named twice, errors of the files, or of a design that cannot be compared.
 fn others(
     which: &Which,
     inputs: &Inputs,

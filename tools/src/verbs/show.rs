@@ -5,7 +5,7 @@ mod tables;
 mod uncertainty;
 mod values;
 
-use crate::cli::{Asked, Show, Which, read_vehicle};
+use crate::cli::{Selected, Show, Which, read_vehicle};
 use crate::error::Error;
 use crate::output::{answer, answer_each, say};
 use crate::progress::show;
@@ -21,55 +21,56 @@ use squid_design::store::{self, Stored};
 use squid_scheduled::DEFAULT_DESIGN;
 use std::path::Path;
 
-/// Prints what is asked for; where nothing is, all but the uncertainty.
+/// Prints the requested tables; by default all except the uncertainty.
 ///
 /// # Errors
-/// Those of the files and the model; [`Error::Argument`].
-pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
-    if let Some(v) = asked.speed.filter(|v| !(v.is_finite())) {
+/// Errors of the files and the model; [`Error::Argument`].
+pub fn run(which: &Which, options: &Show) -> Result<(), Error> {
+    if let Some(v) = options.speed.filter(|v| !(v.is_finite())) {
         return Err(Error::Argument {
             name: "--speed",
             found: squid_auv::number(v),
             allowed: "a finite number (m/s), negative astern".into(),
         });
     }
-    let more = asked.fit || asked.controller || asked.uncertainty;
-    if let Some(speed) = asked.speed.filter(|_| !more)
+    let more = options.fit || options.controller || options.uncertainty;
+    if let Some(speed) = options.speed.filter(|_| !more)
         && let Some(vehicle) = vehicle_alone(which)?
     {
-        return of_the_vehicle(&vehicle, speed);
+        return show_vehicle(&vehicle, speed);
     }
-    let Asked { axes, .. } = which.read()?;
+    let Selected { axes, .. } = which.read()?;
     let mut shown = Vec::new();
     for (index, (inputs, directory)) in axes.iter().enumerate() {
         if axes.len() > 1 {
             say(&format!("\nAxis of {}", inputs.design.steered()));
         }
-        shown.push(of_axis((inputs, directory), which.out.is_some(), index == 0, asked)?);
+        shown.push(show_axis((inputs, directory), which.out.is_some(), index == 0, options)?);
     }
     Ok(answer_each(&shown)?)
 }
 
-/// What is asked for of an axis; `is_named` is whether its directory is, `is_first` whether it comes first, and sway,
-/// roll and yaw with it.
-fn of_axis(
+/// Prints the requested tables of an axis. `is_named` is `true` if its directory was given, `is_first` for the first
+/// axis, with which sway, roll and yaw are shown.
+fn show_axis(
     (inputs, directory): (&Inputs, &Path),
     is_named: bool,
     is_first: bool,
-    asked: &Show,
+    options: &Show,
 ) -> Result<Map<String, Value>, Error> {
-    let more = asked.fit || asked.controller || asked.uncertainty;
-    let all = asked.speed.is_none() && !more;
-    let speed = asked.speed.or(all.then(|| inputs.design.scheduling().0));
+    let more = options.fit || options.controller || options.uncertainty;
+    let all = options.speed.is_none() && !more;
+    let speed = options.speed.or(all.then(|| inputs.design.scheduling().0));
     let stored = match (store::load(directory, inputs), is_named) {
         (Err(DesignError::Store(StoreError::NotDesigned { .. } | StoreError::Stale { .. })), false) => None,
         (loaded, _) => Some(loaded?),
     };
-    let controller = (asked.controller || all).then(|| shown_controller(inputs, stored.as_ref(), directory));
+    let controller =
+        (options.controller || all).then(|| shown_controller(inputs, stored.as_ref(), directory));
     let controller = controller.transpose()?;
     let unproved = stored.and_then(|stored| stored.unproved(inputs));
-    unproved.iter().for_each(|words| say(words));
-    inputs.doubts().iter().for_each(|words| say(&format!("WARNING: {words}")));
+    unproved.iter().for_each(|warning| say(warning));
+    inputs.doubts().iter().for_each(|doubt| say(&format!("WARNING: {doubt}")));
     let mut shown = Map::new();
     if inputs.design.axis.is_some() {
         shown.insert("axis".into(), json!(inputs.design.steered()));
@@ -83,24 +84,24 @@ fn of_axis(
             show_lateral(&inputs.whole, v, depth, pitch, &mut shown);
         }
     }
-    if asked.fit || all {
+    if options.fit || all {
         let model = Model::new(&inputs.axis(), &inputs.design)?;
         say(&tables::fit(inputs, &model));
         shown.insert("fit".into(), values::fit(&model));
     }
-    if let Some((words, value)) = controller {
-        say(words.trim_end());
+    if let Some((text, value)) = controller {
+        say(text.trim_end());
         shown.insert("controller".into(), value);
     }
-    if asked.uncertainty {
+    if options.uncertainty {
         say(uncertainty::uncertainty(inputs)?.trim_end());
         shown.insert("uncertainty".into(), values::uncertainty(inputs)?);
     }
     Ok(shown)
 }
 
-/// The vehicle, where `design.toml` is not there or is not one of this vehicle, with words on the reason; `None` where
-/// it is, or another design was named.
+/// Returns the vehicle if `design.toml` is missing or does not fit it, after printing the reason; `None` if it fits, or
+/// if another design was named.
 fn vehicle_alone(which: &Which) -> Result<Option<Vehicle>, Error> {
     let reason = match which.read() {
         Ok(_) => return Ok(None),
@@ -119,34 +120,34 @@ fn vehicle_alone(which: &Which) -> Result<Option<Vehicle>, Error> {
     Ok(Some(vehicle))
 }
 
-/// Trim, A, B and eigenvalues of a vehicle without a design, at the depth at which its buoyancy is given.
-fn of_the_vehicle(whole: &Vehicle, speed: f64) -> Result<(), Error> {
-    let vehicle = &whole.in_plane();
-    whole.doubts().iter().for_each(|words| say(&format!("WARNING: {words}")));
+/// Prints trim, A, B and eigenvalues of a vehicle without a design, at the depth for which its buoyancy is given.
+fn show_vehicle(six_dof: &Vehicle, speed: f64) -> Result<(), Error> {
+    let vehicle = &six_dof.in_plane();
+    six_dof.doubts().iter().for_each(|doubt| say(&format!("WARNING: {doubt}")));
     let depth = vehicle.coefficients.reference_depth;
     let found = linearise::linearise_vehicle(vehicle, depth, speed)?;
     say(&tables::speed(vehicle, &found));
     let mut shown = Map::new();
     shown.insert("at_speed".into(), linearise::to_json(vehicle, &found));
-    show_lateral(whole, speed, depth, &found.trim.rule, &mut shown);
+    show_lateral(six_dof, speed, depth, &found.trim.rule, &mut shown);
     Ok(answer(&shown)?)
 }
 
-/// Sway, roll and yaw of a vehicle that has them.
+/// Prints sway, roll and yaw of a vehicle that has them.
 fn show_lateral(vehicle: &Vehicle, speed: f64, depth: f64, pitch: &Pitch, shown: &mut Map<String, Value>) {
     if !vehicle.coefficients.leaves_plane() {
         return;
     }
     match Lateral::at(vehicle, speed, depth, pitch) {
         Ok(found) => {
-            say(&lateral::words(vehicle, &found));
+            say(&lateral::text(vehicle, &found));
             shown.insert("lateral".into(), lateral::to_json(vehicle, &found));
         }
         Err(reason) => say(&format!("WARNING: sway, roll and yaw are not shown: {reason}")),
     }
 }
 
-/// The stored controller, or one designed for this output only.
+/// Returns the stored controller, or one designed for this output only.
 fn shown_controller(
     inputs: &Inputs,
     stored: Option<&Stored>,
@@ -154,18 +155,18 @@ fn shown_controller(
 ) -> Result<(String, Value), Error> {
     let directory = directory.display();
     let finished;
-    let (whose, k, gamma) = if let Some(stored) = stored {
+    let (source, k, gamma) = if let Some(stored) = stored {
         let robust = if stored.robust.is_some() { ", made with --robust" } else { "" };
-        let whose = format!("The design in {directory}{robust}");
-        (whose, &controller_of(&stored.controller.lft)?, &stored.controller.gamma)
+        let source = format!("The design in {directory}{robust}");
+        (source, &controller_of(&stored.controller.lft)?, &stored.controller.gamma)
     } else {
         let design = || squid_design::run::run(inputs, &Progress::default());
         finished = Progress::new(&show).timed("design", "solving the matrix inequalities", design).0?;
-        let whose = format!(
+        let source = format!(
             "No design of these files is in {directory}; this one was computed now, and is not stored"
         );
-        (whose, &finished.design.controller, &finished.frozen.controller.gamma)
+        (source, &finished.design.controller, &finished.frozen.controller.gamma)
     };
-    let words = tables::controller(inputs, k, gamma)?;
-    Ok((format!("{whose}\n{words}"), values::controller(inputs, k, gamma)?))
+    let text = tables::controller(inputs, k, gamma)?;
+    Ok((format!("{source}\n{text}"), values::controller(inputs, k, gamma)?))
 }

@@ -1,6 +1,6 @@
-//! `squid simulate`: flights in this process.
+//! `squid simulate`: simulations in this process.
 
-use crate::cli::{Asked, Which, read_sea};
+use crate::cli::{Selected, Which, read_sea};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
@@ -18,11 +18,11 @@ use squid_report::simulate;
 use squid_report::turning::{Axes, Turns, turns};
 use std::path::Path;
 
-/// Flies each axis of a design, at sea if a file says one, and writes records and plots; with one of heading beside one
-/// of pitch or depth also turns \[deg\] in a current \[m/s\].
+/// Simulates each axis of a design, in a sea if a file is given, and writes records and plots; with a heading axis in
+/// addition to pitch or depth also turns \[deg\] in a current \[m/s\].
 ///
 /// # Errors
-/// Those of the files, the design and the flights.
+/// Errors of the files, the design and the simulations.
 pub fn run(
     which: &Which,
     turn: Option<f64>,
@@ -32,7 +32,7 @@ pub fn run(
         let allowed = "other than 0 and below 180 deg in size".into();
         return Err(Error::Argument { name: "--turn", found: found.to_string(), allowed });
     }
-    let Asked { axes, directory } = which.read_to_write()?;
+    let Selected { axes, directory } = which.read_to_write()?;
     let both = several::level_and_heading(&axes.iter().map(|(inputs, _)| inputs).collect::<Vec<_>>());
     let given = [("--turn", turn.is_some()), ("--current", current.is_some())];
     if let Some((name, _)) = given.into_iter().find(|(_, given)| *given && both.is_none()) {
@@ -43,15 +43,15 @@ pub fn run(
     let sea = sea.map(|path| read_sea(path, &axes[0].0)).transpose()?;
     let stored = load_or_design(&axes)?;
     for ((inputs, _), own) in axes.iter().zip(&stored) {
-        own.unproved(inputs).iter().for_each(|words| say(words));
+        own.unproved(inputs).iter().for_each(|text| say(text));
     }
     let mut found = vec![];
     for ((inputs, directory), stored) in axes.iter().zip(&stored) {
-        // Alone it is flown in still water.
+        // The heading axis alone is simulated in still water only.
         if both.is_some() && sea.is_some() && inputs.design.view().is_level_held {
             continue;
         }
-        let mut flown = alone((inputs, stored), sea.as_ref().map(|(sea, _)| sea), directory)?;
+        let mut flown = simulate_axis((inputs, stored), sea.as_ref().map(|(sea, _)| sea), directory)?;
         if axes.len() > 1 {
             flown["axis"] = json!(inputs.design.steered());
         }
@@ -60,7 +60,7 @@ pub fn run(
     if let ([one], 1) = (&found[..], axes.len()) {
         return Ok(answer(one)?);
     }
-    let mut answered = json!({ "directory": directory, "axes": found });
+    let mut answer_json = json!({ "directory": directory, "axes": found });
     let designs: Vec<_> = axes.iter().map(|(inputs, _)| inputs).zip(&stored).collect();
     if let Some(turning) = Axes::of(&designs) {
         let [north, east] = current.unwrap_or_default();
@@ -69,21 +69,25 @@ pub fn run(
         let around = (current, sea.as_ref().map(|(sea, _)| sea));
         let turn = turn.unwrap_or(TURN).to_radians();
         let turns = turns(turning, turn, around)?;
-        let words = turns.save(turning, &directory)?;
+        let text = turns.save(turning, &directory)?;
         drop(running);
-        say(words.trim_end());
+        say(text.trim_end());
         let Turns { turned, coupling, .. } = turns;
-        answered["turns"] = json!(turned);
-        answered["coupling"] = json!(coupling.map(|found| {
+        answer_json["turns"] = json!(turned);
+        answer_json["coupling"] = json!(coupling.map(|found| {
             let [low, high] = found.rates.map(f64::to_degrees);
             json!({ "gains": found.gains(), "rates_deg": [low, high], "taken": found.taken })
         }));
     }
-    Ok(answer(&answered)?)
+    Ok(answer(&answer_json)?)
 }
 
-/// Flies an axis alone; returns the figures.
-fn alone((inputs, stored): (&Inputs, &Stored), sea: Option<&Sea>, directory: &Path) -> Result<Value, Error> {
+/// Simulates an axis alone; returns the figures.
+fn simulate_axis(
+    (inputs, stored): (&Inputs, &Stored),
+    sea: Option<&Sea>,
+    directory: &Path,
+) -> Result<Value, Error> {
     let running = Progress::new(&show).begin("simulate", "flying");
     if let Some(sea) = sea {
         let flown = at_sea::run(inputs, stored, sea, directory)?;
@@ -102,13 +106,13 @@ fn alone((inputs, stored): (&Inputs, &Stored), sea: Option<&Sea>, directory: &Pa
     Ok(json!({ "directory": directory, "steps": steps }))
 }
 
-/// The default turn, deg.
+/// Default turn angle, deg.
 pub const TURN: f64 = 60.0;
 
-/// A turn by as much is as short to either side, deg.
+/// Turn angle that is equally short to either side, deg.
 const HALF_A_TURN: f64 = 180.0;
 
-/// The figures of a flight, in rad or m, m/s and fractions.
+/// Returns the figures of a simulation, in rad or m, m/s and fractions.
 fn errors(inputs: &Inputs, figures: &Figures) -> Value {
     let error = format!("{}_error", inputs.design.interface.signals[inputs.design.stepped()].name);
     json!({
@@ -118,7 +122,7 @@ fn errors(inputs: &Inputs, figures: &Figures) -> Value {
     })
 }
 
-/// The metrics of a step, in m/s, s and fractions; what is unknown, or never settles, is null.
+/// Returns the metrics of a step, in m/s, s and fractions; null if unknown or never settled.
 fn step((speed, figures): &(f64, StepFigures)) -> Value {
     let mut value = json!(figures);
     value["speed"] = json!(speed);

@@ -22,16 +22,16 @@ use squid_tune::search::{CandidateStatus, Tuned, search};
 use squid_tune::start::{Beside, start, start_heading, start_whole};
 use std::path::Path;
 
-/// Rows of the table of the front.
+/// Number of rows in the table of the front.
 const SHOWN: usize = 12;
 
-/// Searches, writes `TO.toml` beside the vehicle, and prints verdict and front.
+/// Searches, writes `TO.toml` to the vehicle's directory, and prints verdict and front.
 ///
 /// # Errors
-/// Those of the files and of the search; [`Error::Missed`] where what was found misses a requirement.
+/// Errors of the files and of the search; [`Error::Missed`] if the result misses a requirement.
 pub fn run(
     (vehicle, design, axis): (&Path, &str, Option<&str>),
-    begun_for: Option<Track>,
+    created_for: Option<Track>,
     to: Option<&str>,
     designs: usize,
 ) -> Result<(), Error> {
@@ -39,18 +39,18 @@ pub fn run(
         let allowed = "at least 1".into();
         return Err(Error::Argument { name: "--designs", found: squid_auv::number(0.0), allowed });
     }
-    let (axes, text, begun) = read(vehicle, (design, axis), begun_for)?;
+    let (axes, text, created) = read(vehicle, (design, axis), created_for)?;
     if let Some(given) = axes.iter().find(|inputs| inputs.design.controller.is_some()) {
         let (file, what) = (given.design.file.clone(), "there are no weights to search");
         return Err(InputError::GivenController { file, what }.into());
     }
-    let name = target(to, design, begun);
+    let name = output_name(to, design, created);
     let written = vehicle.join(format!("{name}.toml"));
     check_directory(vehicle)?;
     let progress = Progress::new(&show);
     let mut doubts: Vec<String> = axes.iter().flat_map(Inputs::doubts).collect();
     doubts.dedup();
-    doubts.iter().for_each(|words| progress.done("", &format!("WARNING: {words}")));
+    doubts.iter().for_each(|text| progress.done("", &format!("WARNING: {text}")));
     let (mut text, mut figures, mut missed) = (text, vec![], vec![]);
     for inputs in &axes {
         if axes.len() > 1 {
@@ -58,8 +58,8 @@ pub fn run(
         }
         let tuned = search(inputs, &text, designs, &progress)?;
         write(&written, tuned.text.as_bytes())?;
-        let to = (vehicle, name, written.as_path(), begun);
-        figures.push(of_axis(inputs, &tuned, to, &progress)?);
+        let to = (vehicle, name, written.as_path(), created);
+        figures.push(report_axis(inputs, &tuned, to, &progress)?);
         missed.extend(tuned.finished.verdict.missed().map(crate::verbs::design::missed));
         text = tuned.text;
     }
@@ -67,11 +67,11 @@ pub fn run(
     if missed.is_empty() { Ok(()) } else { Err(Error::Missed { missed }) }
 }
 
-/// Prints what was found for an axis, and returns it for programs.
-fn of_axis(
+/// Prints the result for an axis, and returns it for JSON.
+fn report_axis(
     inputs: &Inputs,
     tuned: &Tuned,
-    (vehicle, name, to, begun): (&Path, &str, &Path, bool),
+    (vehicle, name, to, created): (&Path, &str, &Path, bool),
     progress: &Progress,
 ) -> Result<Value, Error> {
     progress.done("verdict", &tuned.finished.verdict.to_string());
@@ -86,15 +86,18 @@ fn of_axis(
             tuned.tried
         )
     } else {
-        not_found(tuned)
+        no_design_found(tuned)
     };
-    let against = against(inputs, &tuned.text, &tuned.finished, progress)?;
-    let end = end(tuned, vehicle, name);
-    let next = next(inputs, vehicle, name, begun);
-    progress.done("tuned", &format!("{best}; {proved}\n{against}\n{end}\n{}\n{next}", to.display()));
-    let point = |(p, standing): &(Candidate, CandidateStatus)| {
+    let comparison = comparison(inputs, &tuned.text, &tuned.finished, progress)?;
+    let search_end = search_end(tuned, vehicle, name);
+    let next_report = next_report(inputs, vehicle, name, created);
+    progress.done(
+        "tuned",
+        &format!("{best}; {proved}\n{comparison}\n{search_end}\n{}\n{next_report}", to.display()),
+    );
+    let point = |(p, status): &(Candidate, CandidateStatus)| {
         let (rise, disk_margin, meets_all) = (p.rise, p.disk, p.meets_all());
-        json!({ "rise": rise, "disk_margin": disk_margin, "meets_all": meets_all, "remark": remark(standing) })
+        json!({ "rise": rise, "disk_margin": disk_margin, "meets_all": meets_all, "remark": remark(status) })
     };
     let mut found = json!({
         "file": to,
@@ -102,7 +105,7 @@ fn of_axis(
         "ended": tuned.ended,
         "proved": tuned.finished.proof.is_ok(),
         "verdict": tuned.finished.verdict,
-        "against_pid": against,
+        "against_pid": comparison,
         "front": tuned.front.iter().map(point).collect::<Vec<_>>(),
     });
     if inputs.design.axis.is_some() {
@@ -111,41 +114,41 @@ fn of_axis(
     Ok(found)
 }
 
-/// The name of the design to write: a file that people wrote is not overwritten unless they name it.
-fn target<'a>(to: Option<&'a str>, design: &'a str, begun: bool) -> &'a str {
-    to.unwrap_or(if begun { design } else { "tuned" })
+/// Returns the name of the design to write: an existing file is not overwritten unless `to` names it.
+fn output_name<'a>(to: Option<&'a str>, design: &'a str, created: bool) -> &'a str {
+    to.unwrap_or(if created { design } else { "tuned" })
 }
 
-/// The report to look at next: on the design that was searched from, with the new one beside it; on the new one alone
-/// if it took the place of that, if there was none, or if the two cannot stand side by side.
-fn next(from: &Inputs, vehicle: &Path, name: &str, begun: bool) -> String {
+/// Returns the next report to read: that of the initial design, compared with the new one; or that of the new one alone
+/// if it replaced the initial design, if there was none, or if the two cannot be compared.
+fn next_report(from: &Inputs, vehicle: &Path, name: &str, created: bool) -> String {
     let design = from.design.autopilot.as_str();
-    let alone = begun || name == design || check(from, from).is_err();
+    let alone = created || name == design || check(from, from).is_err();
     let own = if alone { name } else { design };
     let design = if own == DEFAULT_DESIGN { String::new() } else { format!(" --design {own}") };
     let beside = if alone { String::new() } else { format!(" --beside {name}") };
-    // Side by side stand designs of one axis.
+    // A comparison is between designs of one axis.
     let axis = from.design.axis.filter(|_| !alone);
     let axis = axis.map(|_| format!(" --axis {}", from.design.steered())).unwrap_or_default();
     format!("next: squid report {}{design}{axis}{beside}", vehicle.display())
 }
 
-/// Tunes the gains of a PID, writes `TO.toml` beside the vehicle, and prints gains, proof and verdict.
+/// Tunes the gains of a PID, writes `TO.toml` to the vehicle's directory, and prints gains, proof and verdict.
 ///
 /// # Errors
-/// Those of the files and of the search; [`Error::Unproved`]; [`Error::Missed`] where the PID misses a requirement.
+/// Errors of the files and of the search; [`Error::Unproved`]; [`Error::Missed`] if the PID misses a requirement.
 pub fn pid(
     (vehicle, design, axis): (&Path, &str, Option<&str>),
     to: Option<&str>,
     degree: usize,
 ) -> Result<(), Error> {
-    let (axes, text, begun) = read(vehicle, (design, axis), Some(Track::Pitch))?;
+    let (axes, text, created) = read(vehicle, (design, axis), Some(Track::Pitch))?;
     let [inputs] = &axes[..] else {
         let steered: Vec<&str> = axes.iter().map(|one| one.design.steered()).collect();
         let (file, axes) = (axes[0].design.file.clone(), steered.join(", "));
         return Err(InputError::SeveralAxes { file, axes }.into());
     };
-    let name = target(to, design, begun);
+    let name = output_name(to, design, created);
     let to = vehicle.join(format!("{name}.toml"));
     check_directory(vehicle)?;
     let progress = Progress::new(&show);
@@ -160,16 +163,16 @@ pub fn pid(
     progress.done("gains", &tuned.gains.iter().map(numbers).collect::<Vec<_>>().join("\n"));
     progress.done("verdict", &tuned.finished.verdict.to_string());
     let proof = tuned.finished.proof.as_ref();
-    let words = proof.map_or_else(
+    let text = proof.map_or_else(
         |reason| format!("NOT PROVED: {reason}"),
         |proof| format!("PROVED: gain below {}", squid_design::certify::claims::bound(&proof.theorem)),
     );
-    // The PID that is tuned in flight is one of pitch.
+    // The PID for comparison, tuned in simulations, exists for pitch only.
     let is_of_pitch = inputs.design.tracks("pitch").is_some();
-    let against =
-        is_of_pitch.then(|| against(inputs, &tuned.text, &tuned.finished, &progress)).transpose()?;
-    let next = next(inputs, vehicle, name, begun);
-    let lines = [Some(words), against.clone(), Some(to.display().to_string()), Some(next)];
+    let comparison =
+        is_of_pitch.then(|| comparison(inputs, &tuned.text, &tuned.finished, &progress)).transpose()?;
+    let next_report = next_report(inputs, vehicle, name, created);
+    let lines = [Some(text), comparison.clone(), Some(to.display().to_string()), Some(next_report)];
     progress.done("tuned", &lines.into_iter().flatten().collect::<Vec<_>>().join("\n"));
     let gain =
         |gain: &TunedGain| json!({ "name": gain.name, "unit": gain.unit, "coefficients": gain.coefficients });
@@ -180,7 +183,7 @@ pub fn pid(
         "least_gain": tuned.least_gain,
         "gain": proof.ok().map(|proof| proof.theorem.gamma),
         "seconds": tuned.seconds,
-        "against_pid": against,
+        "against_pid": comparison,
         "verdict": tuned.finished.verdict,
     }))?;
     if let Err(reason) = &tuned.finished.proof {
@@ -189,8 +192,13 @@ pub fn pid(
     missed(&tuned.finished)
 }
 
-/// How the design flies against what a practitioner would use instead.
-fn against(inputs: &Inputs, text: &str, finished: &Finished, progress: &Progress) -> Result<String, Error> {
+/// Returns a comparison of the design with the PID that a practitioner would use instead.
+fn comparison(
+    inputs: &Inputs,
+    text: &str,
+    finished: &Finished,
+    progress: &Progress,
+) -> Result<String, Error> {
     let design = inputs.design.parse_again(text)?;
     let inputs = inputs.redesigned(design)?;
     let (stored, quiet) = (Stored::of(&finished.frozen, &inputs), Progress::default());
@@ -199,26 +207,26 @@ fn against(inputs: &Inputs, text: &str, finished: &Finished, progress: &Progress
     Ok(progress.timed("compare", what, || against_pid(&subject)).0?)
 }
 
-/// An error with the requirements that a design misses, if it misses some.
+/// Returns an error with the requirements that a design misses, if any.
 fn missed(finished: &Finished) -> Result<(), Error> {
     let missed: Vec<String> = finished.verdict.missed().map(crate::verbs::design::missed).collect();
     if missed.is_empty() { Ok(()) } else { Err(Error::Missed { missed }) }
 }
 
-/// That no design meets all requirements, and what is known of the reason.
-fn not_found(tuned: &Tuned) -> String {
-    let mut words = format!(
+/// Returns a text that no design meets all requirements, with the known reasons.
+fn no_design_found(tuned: &Tuned) -> String {
+    let mut text = format!(
         "none of {} designs meets all requirements, and the one that misses least is written; that is no proof that \
          there is none: ask for less in [require]",
         tuned.tried
     );
     for limit in &tuned.limits {
-        words += &format!("\n{limit}");
+        text += &format!("\n{limit}");
     }
-    words
+    text
 }
 
-/// The files of each axis; without a design file one that is begun from the vehicle.
+/// Reads the files of each axis, or creates a design file from the vehicle if there is none.
 fn read(
     directory: &Path,
     (design, axis): (&str, Option<&str>),
@@ -246,7 +254,7 @@ fn read(
     let progress = Progress::new(&show);
     let text = match track {
         Some(Track::Pitch) => start(&vehicle)?,
-        Some(Track::Heading) => start_heading(&vehicle, named, beside(directory)?)?,
+        Some(Track::Heading) => start_heading(&vehicle, named, level_settings(directory)?)?,
         None => {
             let (text, left_out) = start_whole(&vehicle, named)?;
             if let Some(reason) = left_out {
@@ -258,19 +266,19 @@ fn read(
     let axes = Inputs::parse_axes(&vehicle, &text, named, design)?;
     for Inputs { design, .. } in &axes {
         let step = design.manoeuvre.step(design.steered()).to_degrees();
-        let words = format!(
+        let text = format!(
             "begun from the vehicle: {}, {} to {} m/s, steps of {step:.1} deg",
             design.steered(),
             squid_auv::number(design.speed_min),
             squid_auv::number(design.speed_max),
         );
-        progress.done("start", &words);
+        progress.done("start", &text);
     }
     Ok((axes, text, true))
 }
 
-/// What heading shares with the design of level flight, if there is one.
-fn beside(directory: &Path) -> Result<Option<Beside>, Error> {
+/// Returns the settings that a heading design shares with the design of level flight, if there is one.
+fn level_settings(directory: &Path) -> Result<Option<Beside>, Error> {
     if !directory.join(format!("{DEFAULT_DESIGN}.toml")).exists() {
         return Ok(None);
     }
@@ -282,9 +290,9 @@ fn beside(directory: &Path) -> Result<Option<Beside>, Error> {
     }))
 }
 
-/// The front as a table: what margin costs in speed.
+/// Returns the Pareto front as a table: rise time against margin.
 fn front(tuned: &Tuned) -> String {
-    let every = tuned.front.len().div_ceil(SHOWN).max(1);
+    let stride = tuned.front.len().div_ceil(SHOWN).max(1);
     let of = if tuned.front.iter().any(|(tried, _)| tried.meets_all()) {
         "the designs tried that meet all requirements"
     } else {
@@ -294,19 +302,19 @@ fn front(tuned: &Tuned) -> String {
         format!("the Pareto front of rise time and disk margin: {of}, evaluated at a few speeds"),
         "rise s   disk margin deg".to_owned(),
     ];
-    // The design that is written, and those that were faster, are always there.
-    let written = tuned.front.iter().position(|(_, standing)| *standing == CandidateStatus::Written);
-    let is_shown = |i: usize| i.is_multiple_of(every) || written.is_some_and(|written| i <= written);
+    // The written design, and the faster ones, are always shown.
+    let written = tuned.front.iter().position(|(_, status)| *status == CandidateStatus::Written);
+    let is_shown = |i: usize| i.is_multiple_of(stride) || written.is_some_and(|written| i <= written);
     let rows = tuned.front.iter().enumerate().filter(|(i, _)| is_shown(*i)).map(|(_, row)| row);
-    lines.extend(rows.map(|(point, standing)| {
-        format!("{:>6.2}   {:>15.1}   {}", point.rise, point.disk, remark(standing)).trim_end().to_owned()
+    lines.extend(rows.map(|(point, status)| {
+        format!("{:>6.2}   {:>15.1}   {}", point.rise, point.disk, remark(status)).trim_end().to_owned()
     }));
     lines.join("\n")
 }
 
-/// What became of a design of the front.
-fn remark(standing: &CandidateStatus) -> String {
-    match standing {
+/// Returns the status of a design of the front.
+fn remark(status: &CandidateStatus) -> String {
+    match status {
         CandidateStatus::Written => "written".into(),
         CandidateStatus::Rejected(why) => why.clone(),
         CandidateStatus::InsufficientMargin(key, room) => {
@@ -316,8 +324,8 @@ fn remark(standing: &CandidateStatus) -> String {
     }
 }
 
-/// Why the search is over, and how to go on.
-fn end(tuned: &Tuned, vehicle: &Path, name: &str) -> String {
+/// Returns why the search ended, and how to continue.
+fn search_end(tuned: &Tuned, vehicle: &Path, name: &str) -> String {
     let on = format!("squid tune {} --design {name} --to {name}", vehicle.display());
     if tuned.ended {
         format!(
@@ -338,11 +346,11 @@ fn end(tuned: &Tuned, vehicle: &Path, name: &str) -> String {
 mod tests {
     use super::*;
 
-    /// A depth design has no other beside it, and neither has one that was begun or replaced.
+    /// A depth design has no other for comparison, and neither has one that was created or replaced.
     #[test]
-    fn the_next_report_is_one_that_can_be_made() {
+    fn suggests_a_report_that_can_be_made() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles");
-        for (vehicle, from, name, begun, expected) in [
+        for (vehicle, from, name, created, expected) in [
             ("remus100", "pitch", "tuned", false, " --design pitch --beside tuned"),
             ("squid", "proved", "pid", false, " --design proved --beside pid"),
             ("squid", "design", "design", false, ""),
@@ -351,7 +359,7 @@ mod tests {
         ] {
             let axis = (from, vehicle) == ("design", "remus100");
             let from = Inputs::read_axis(&vehicles.join(vehicle), from, axis.then_some("depth")).unwrap();
-            let found = next(&from, Path::new("v"), name, begun);
+            let found = next_report(&from, Path::new("v"), name, created);
             assert_eq!(found, format!("next: squid report v{expected}"));
         }
     }

@@ -16,14 +16,14 @@ use squid_package::page::Given;
 use squid_package::verify::{Verification, Verified, named, verify, verify_source};
 use squid_proof::claim::parse;
 
-/// Proves a certificate; for the design of a vehicle if one is given.
+/// Proves a certificate, for the design of a vehicle if one is given.
 ///
 /// # Errors
-/// Those of the files, and why nothing is proved.
-pub fn run(asked: &Verify) -> Result<(), Error> {
-    let file = asked.file.as_deref();
-    let files = asked.vehicle.clone().map(|vehicle| {
-        let (design, axis, bandwidth) = (asked.design.clone(), asked.axis.clone(), asked.bandwidth);
+/// Errors of the files, and the reason if nothing is proved.
+pub fn run(options: &Verify) -> Result<(), Error> {
+    let file = options.file.as_deref();
+    let files = options.vehicle.clone().map(|vehicle| {
+        let (design, axis, bandwidth) = (options.design.clone(), options.axis.clone(), options.bandwidth);
         let which = Which { vehicle, design, axis, bandwidth, out: None };
         Ok::<_, Error>((which.read()?.axes, which.report_of("VEHICLE_DIR")))
     });
@@ -31,11 +31,11 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
     let all: Vec<&Inputs> =
         files.iter().flat_map(|(axes, _)| axes.iter().map(|(inputs, _)| inputs)).collect();
     let given = files.as_ref().map(|(_, report)| Given { inputs: &all, report });
-    // What is of one axis alone.
+    // Only one axis is allowed here.
     let one = || match &all[..] {
         [] => Ok(None),
         [one] => Ok(Some(*one)),
-        _ => Inputs::read(&all[0].directory, &asked.design).map(|_| None),
+        _ => Inputs::read(&all[0].directory, &options.design).map(|_| None),
     };
     if let Some(file) = file
         && let Ok(text) = files::read(file)
@@ -55,8 +55,8 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
                 no_faster(rate_of(&certificate, inputs))
             ));
         }
-        theorem.constant.iter().for_each(|constant| say(&format!("PROVED: {}", line(constant))));
-        if asked.verbose {
+        theorem.constant.iter().for_each(|constant| say(&format!("PROVED: {}", constant_claim(constant))));
+        if options.verbose {
             say(&theorem.to_string());
         }
         let gamma = theorem.constant.as_ref().map(|constant| constant.gamma);
@@ -64,7 +64,7 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
             &json!({ "status": "proved", "theorem": theorem.to_string(), "gamma": gamma, "share": share }),
         )?);
     }
-    let found: Verification = match (file, &asked.c) {
+    let found: Verification = match (file, &options.c) {
         (Some(file), _) => verify(file, given)?,
         (None, Some(source)) => verify_source(source, one()?)?.into(),
         (None, None) => return Ok(()),
@@ -75,22 +75,22 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
         axis.about.iter().for_each(|line| say(line));
         axis.lines.iter().for_each(|line| say(&format!("PROVED: {line}")));
         axis.unproved.iter().for_each(|line| say(line));
-        if asked.verbose {
+        if options.verbose {
             axis.theorem.sentences().iter().for_each(|sentence| say(sentence));
             if let Some(ClaimedStep { output, size, unit, .. }) = &axis.step {
                 say(&format!("That step is one of the {output} reference, of up to {size} {unit}."));
             }
         }
     }
-    coupling.iter().for_each(|words| say(&format!("PROVED: {words}")));
+    coupling.iter().for_each(|claim| say(&format!("PROVED: {claim}")));
     unproved(axes.len(), coupling.is_some()).into_iter().for_each(say);
     about.iter().chain(&contents.lines()).for_each(|line| say(line));
-    let mut answered = object(&axes[0]);
+    let mut answered = to_json(&axes[0]);
     answered["identical"] = json!(contents.identical);
     answered["not_examined"] = json!(contents.unexamined);
     if axes.len() > 1 {
         let named = |axis: &Verified| {
-            let mut found = object(axis);
+            let mut found = to_json(axis);
             found["axis"] = json!(axis.axis);
             found
         };
@@ -100,8 +100,8 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
     Ok(answer(&answered)?)
 }
 
-/// What was verified of an axis, as JSON.
-fn object(axis: &Verified) -> Value {
+/// Returns the verification of an axis as JSON.
+fn to_json(axis: &Verified) -> Value {
     let theorem = &axis.theorem;
     let step = |name: &str| axis.step.as_ref().filter(|step| step.output == name).map(|step| step.size);
     json!({
@@ -117,8 +117,8 @@ fn object(axis: &Verified) -> Value {
     })
 }
 
-/// What is proved for constant coefficients, in a line.
-fn line(theorem: &ConstantTheorem) -> String {
+/// Returns the theorem for constant coefficients in one line.
+fn constant_claim(theorem: &ConstantTheorem) -> String {
     let errors = if theorem.errors > 0 { " and every model in balls around it" } else { "" };
     let of = |count: usize| match count {
         1 => "1 parameter".to_owned(),

@@ -1,13 +1,13 @@
-//! Connectors, and the units in the files of an SSP: every file defines those that it refers to (element `Units`, SSP
-//! 1.0).
+//! Connectors, and the units in the files of an SSP: every file defines the units to which it refers (element `Units`,
+//! SSP 1.0).
 
 use squid_model_description::element::{NONE, Xml, leaf, parent};
 use squid_model_description::{Causality, Kind, ModelDescription, ScalarVariable, Unit};
 use std::collections::BTreeSet;
 use std::io;
 
-/// The kind of the connector of a variable (section 5.3.1); `None` if it has none. An enumeration has none: libcosim
-/// (libcosimpy 0.0.6) ends the process where it reads one.
+/// Returns the kind of a variable's connector (section 5.3.1); `None` if it has none. Enumerations have none, because
+/// libcosim (libcosimpy 0.0.6) ends the process on reading one.
 fn kind(of: &ScalarVariable) -> Option<&'static str> {
     match of.causality {
         _ if matches!(of.kind, Kind::Enumeration { .. }) => None,
@@ -18,13 +18,13 @@ fn kind(of: &ScalarVariable) -> Option<&'static str> {
     }
 }
 
-/// The variables of a component that have a connector: inputs, outputs and parameters that are no enumerations, in
-/// their order.
+/// Returns the variables of a component with a connector: inputs, outputs and parameters except enumerations, in their
+/// order.
 pub(crate) fn connected(description: &ModelDescription) -> impl Iterator<Item = &ScalarVariable> {
     description.variables.iter().filter(|one| kind(one).is_some())
 }
 
-/// A connector for each of these variables, with its type.
+/// Writes a connector for each of these variables, with its type.
 pub(crate) fn connectors(xml: &mut Xml, description: &ModelDescription) -> io::Result<()> {
     connected(description).try_for_each(|one| {
         let attributes = [("name", one.name.as_str()), ("kind", kind(one).unwrap_or_default())];
@@ -38,12 +38,12 @@ pub(crate) fn connectors(xml: &mut Xml, description: &ModelDescription) -> io::R
     })
 }
 
-/// The units of the connectors of a component.
+/// Returns the units of a component's connectors.
 pub(crate) fn of_connectors(description: &ModelDescription) -> impl Iterator<Item = &str> {
     connected(description).filter_map(ScalarVariable::unit)
 }
 
-/// Defines units by powers of base units, those that are not coherent with a factor.
+/// Defines units as powers of base units, with a factor for those that are not coherent.
 pub(crate) fn units(xml: &mut Xml, element: &str, names: BTreeSet<&str>) -> io::Result<()> {
     if names.is_empty() {
         return Ok(());

@@ -1,6 +1,6 @@
-//! Random calls with random arguments through the C ABI of each FMU: whatever comes, no defect shows, and what the
-//! importer gets back is a status. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` keeps what
-//! was once interesting.
+//! Random calls with random arguments through the C ABI of each FMU: none may show a defect, and each returns a status.
+//! `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` stores cases that once reached something
+//! new.
 
 use std::ffi::{c_char, c_int};
 use std::ptr::{null, null_mut};
@@ -17,7 +17,7 @@ use squid_fmu_controller::Controller;
 use squid_fmu_loop::ClosedLoop;
 use squid_fmu_plant::PlantModel;
 
-/// One call: which function, which variables, which numbers.
+/// One call: function, variables and numbers.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Call {
     function: u8,
@@ -25,7 +25,7 @@ struct Call {
     #[serde(with = "fuzz::reals")]
     numbers: Vec<f64>,
     whole: i32,
-    /// A pointer that is NULL instead.
+    /// `true` if a pointer is NULL.
     null: bool,
 }
 
@@ -41,7 +41,7 @@ fn number() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// As many as the models have continuous states.
+/// Number of continuous states of the models.
 const NUMBERS: usize = 9;
 
 fn call() -> impl Strategy<Value = Call> {
@@ -53,7 +53,7 @@ fn call() -> impl Strategy<Value = Call> {
     )
 }
 
-/// What an importer holds besides the instance.
+/// Data that an importer holds besides the instance.
 #[derive(Default)]
 struct Held {
     time: f64,
@@ -61,7 +61,7 @@ struct Held {
     bytes: Vec<u8>,
 }
 
-/// Steps long enough to keep a test waiting are left to other tests; absurd ones, which are refused, are not.
+/// Maps a number to a step size. Long steps are left to other tests; absurd ones, which are refused, are not.
 fn step_size(number: f64) -> f64 {
     if (0.2..=86_400.0).contains(&number) { 0.2 } else { number }
 }
@@ -139,7 +139,7 @@ fn make<M: Model>(c: Component, call: &Call, held: &mut Held) -> Status {
     }
 }
 
-/// Functions on stored states; their bytes may be changed on the way.
+/// Calls functions on stored states; their bytes may be changed first.
 fn on_states<M: Model>(c: Component, call: &Call, held: &mut Held) -> Status {
     unsafe {
         match call.whole.rem_euclid(5) {
@@ -181,7 +181,7 @@ fn on_states<M: Model>(c: Component, call: &Call, held: &mut Held) -> Status {
     }
 }
 
-/// A sequence of calls; together with statuses and messages, what came before a call tells what it met.
+/// A sequence of calls.
 type Calls = Vec<Call>;
 
 impl Case for Calls {
@@ -211,7 +211,7 @@ impl Case for Calls {
     }
 }
 
-/// Functions that may lead to another state of the instance.
+/// Functions that may change the state of the instance.
 const LEADING: [u8; 10] = [2, 3, 4, 5, 6, 7, 25, 26, 27, 37];
 
 fn survives<M: Model>(fmu: &Unpacked<M>, interface: Interface, calls: &Calls) -> Seen {
@@ -237,8 +237,8 @@ fn survives<M: Model>(fmu: &Unpacked<M>, interface: Interface, calls: &Calls) ->
     seen
 }
 
-/// Tries the same calls on an FMU all of whose actuators lag, on one with an actuator that does not, and on one whose
-/// controller takes in references and measurements, and on one that turns.
+/// Runs the same calls on an FMU with lag in all actuators, on one with an actuator without lag, on one whose
+/// controller has separate references and measurements, and on one in six degrees of freedom.
 fn tried<M: Model>(name: &str, interface: Interface) {
     let files =
         [example::resources(), example::without_lag(), example::with_two_degrees(), example::turning()];
@@ -247,26 +247,26 @@ fn tried<M: Model>(name: &str, interface: Interface) {
 }
 
 #[test]
-fn a_plant_survives_co_simulation() {
+fn plant_survives_co_simulation() {
     tried::<PlantModel>("plant_calls", Interface::CoSimulation);
 }
 
 #[test]
-fn a_plant_survives_model_exchange() {
+fn plant_survives_model_exchange() {
     tried::<PlantModel>("plant_exchange_calls", Interface::ModelExchange);
 }
 
 #[test]
-fn a_controller_survives() {
+fn controller_survives() {
     tried::<Controller>("controller_calls", Interface::CoSimulation);
 }
 
 #[test]
-fn a_loop_survives_co_simulation() {
+fn loop_survives_co_simulation() {
     tried::<ClosedLoop>("squid_calls", Interface::CoSimulation);
 }
 
 #[test]
-fn a_loop_survives_model_exchange() {
+fn loop_survives_model_exchange() {
     tried::<ClosedLoop>("squid_exchange_calls", Interface::ModelExchange);
 }

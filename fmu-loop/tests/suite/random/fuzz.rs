@@ -1,14 +1,14 @@
-//! Random cases with a corpus that is kept:
+//! Random cases with a stored corpus:
 //!
 //! ```text
 //! replay tests/corpus/NAME.jsonl -> random cases, half of them grown from the corpus
-//!     -> more of them for SQUID_FUZZ_MINUTES
+//!                                -> more of them for SQUID_FUZZ_MINUTES
 //! ```
 //!
-//! A property returns what its case brought about, as texts ("fmi2SetReal: variable may not be set in state"). A run
-//! with `SQUID_FUZZ_MINUTES` makes the first case that brings about something new as short as it can, and adds it to
-//! the corpus, from where every later run replays it; one that is not short when the time is over is left for another
-//! run. A case that fails is added by any run.
+//! A property returns the outcomes of its case as texts ("fmi2SetReal: variable may not be set in state"). A run with
+//! `SQUID_FUZZ_MINUTES` shortens the first case with a new outcome as far as possible and adds it to the corpus, from
+//! which every later run replays it; a case that is not short when the time is over is left to another run. Every run
+//! adds cases that fail.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -26,31 +26,31 @@ use proptest::test_runner::{TestError, TestRunner};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// What a case brought about.
+/// Outcomes of a case.
 pub type Seen = BTreeSet<String>;
 
-/// A case that takes longer keeps a host waiting, and is a failure.
+/// Time after which a case counts as a failure, because it would keep a host waiting.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Cases between two looks at the clock.
+/// Number of cases between two checks of the time.
 const BATCH: u32 = 200;
 
-/// So much of a sentence tells its reason.
+/// Number of words of a sentence that identify its reason.
 const WORDS: usize = 10;
 
-/// A random case that may grow out of kept ones and be made shorter.
+/// A random case that can be grown from stored ones and be simplified.
 pub trait Case: Serialize + DeserializeOwned + Clone + Debug + 'static {
-    /// Any case.
+    /// Returns the strategy for arbitrary cases.
     fn fresh() -> BoxedStrategy<Self>;
 
-    /// A kept case that went on in another way.
+    /// Returns a stored case that continues differently from `at` on.
     fn grown(self, by: Self, at: usize) -> Self;
 
-    /// Simpler cases, the simplest first.
+    /// Returns simpler cases, the simplest first.
     fn simpler(&self) -> Vec<Self>;
 }
 
-/// Replays the kept cases, then tries random ones.
+/// Replays the stored cases, then tries random ones.
 pub fn run<T: Case>(name: &str, property: impl Fn(&T) -> Seen) {
     let watch = Watch::new(name);
     let watched = |case: &T| {
@@ -80,7 +80,7 @@ pub fn run<T: Case>(name: &str, property: impl Fn(&T) -> Seen) {
     );
 }
 
-/// The kept cases of one property.
+/// Stored cases of one property.
 struct Corpus<T> {
     path: PathBuf,
     cases: Vec<T>,
@@ -108,7 +108,7 @@ impl<T: Case> Corpus<T> {
         prop_oneof![T::fresh(), grown].boxed()
     }
 
-    /// Tries as many cases as `PROPTEST_CASES` says, or a batch of a long run, which has an end.
+    /// Tries `PROPTEST_CASES` cases, or one batch of a long run, which has an end.
     fn batch(&mut self, end: Option<Instant>, property: &impl Fn(&T) -> Seen) -> u32 {
         let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::default() };
         let config = if end.is_some() { ProptestConfig { cases: BATCH, ..config } } else { config };
@@ -131,7 +131,7 @@ impl<T: Case> Corpus<T> {
         cases
     }
 
-    /// Adds a case, as simple as it can be, if it still shows something new.
+    /// Adds a case, simplified as far as possible, if it still has a new outcome.
     fn consider(&mut self, mut case: T, end: Instant, property: &impl Fn(&T) -> Seen) {
         let over = || Instant::now() >= end;
         if over() {
@@ -161,7 +161,7 @@ impl<T: Case> Corpus<T> {
     }
 }
 
-/// Ends the process with the case in hand where one takes too long: a call that never comes back cannot be caught.
+/// Ends the process if a case takes too long, since a call that never returns cannot be caught.
 struct Watch {
     tell: Mutex<Sender<Option<String>>>,
 }
@@ -180,7 +180,7 @@ impl Watch {
                 case = match (heard, case) {
                     (Ok(next), _) => next,
                     (Err(RecvTimeoutError::Timeout), Some(case)) => {
-                        // What a test prints by macros is kept until it ends, which this one does not.
+                        // Output of print macros would be captured until the test ends, which this one does not.
                         let _ = writeln!(std::io::stderr(), "{name}: longer than {PATIENCE:?}: {case}");
                         std::process::abort();
                     }
@@ -200,7 +200,7 @@ impl Watch {
     }
 }
 
-/// The beginning of a sentence without numbers, names and what it quotes, so that two with the same reason are one.
+/// Returns the start of a sentence without numbers, names and quotations, so that sentences with the same reason agree.
 pub fn kind_of(sentence: &str) -> String {
     let quotes = |c: char| "'`\"".contains(c);
     let spoken = sentence.split(quotes).step_by(2).flat_map(str::split_whitespace);
@@ -208,7 +208,7 @@ pub fn kind_of(sentence: &str) -> String {
     spoken.filter(is_word).take(WORDS).collect::<Vec<_>>().join(" ")
 }
 
-/// Real numbers as texts, since JSON knows neither infinities nor what is not a number.
+/// Real numbers as text, since JSON has neither infinities nor NaN.
 #[allow(dead_code, reason = "not every case has real numbers")]
 pub mod reals {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};

@@ -1,6 +1,6 @@
-//! Random changes of resource files: a model that loads them starts, steps and is freed, or refuses in a sentence;
-//! nothing panics. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` keeps what was once
-//! interesting.
+//! Random changes of resource files: a model that loads them starts, steps and is freed, or refuses with a message;
+//! nothing panics. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` stores cases that once
+//! reached something new.
 
 use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
@@ -17,18 +17,18 @@ use squid_fmu_controller::Controller;
 use squid_fmu_loop::ClosedLoop;
 use squid_fmu_plant::PlantModel;
 
-/// What happens to a file.
+/// A change of a file.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 enum Change {
-    /// The n-th number becomes a text.
+    /// Replaces the n-th number by a text.
     Number(usize, String),
-    /// A byte is changed.
+    /// Changes a byte.
     Byte(usize, u8),
-    /// The file ends early.
+    /// Truncates the file.
     Cut(usize),
-    /// A part of the file comes twice.
+    /// Duplicates a part of the file.
     Twice(usize, usize),
-    /// The file is gone.
+    /// Removes the file.
     Gone,
 }
 
@@ -88,7 +88,7 @@ fn changed(text: &[u8], change: &Change) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// Where numbers stand in a text.
+/// Returns the ranges of numbers in a text.
 fn numbers_of(text: &[u8]) -> Vec<(usize, usize)> {
     let of_number = |byte: u8| byte.is_ascii_digit() || b"+-.eE".contains(&byte);
     let mut found = Vec::new();
@@ -103,7 +103,7 @@ fn numbers_of(text: &[u8]) -> Vec<(usize, usize)> {
     found
 }
 
-/// Changes of files, the n-th of those that a model has; a file may be changed more than once.
+/// Changes of the n-th files of a model; a file may be changed more than once.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Changes(Vec<(usize, Change)>);
 
@@ -131,7 +131,7 @@ impl Case for Changes {
     }
 }
 
-/// Loads the changed files; where that works, flies them for a moment.
+/// Loads the changed files; simulates them briefly if they load.
 fn survives<M: Model>(files: &[&str], changes: &Changes) -> Seen {
     static WHOLE: OnceLock<[Resources; 2]> = OnceLock::new();
     let whole = WHOLE.get_or_init(|| [example::resources(), example::with_two_degrees()]);
@@ -182,9 +182,9 @@ fn loops_survive() {
     fuzz::run("squid_resources", |changes| survives::<ClosedLoop>(&FILES, changes));
 }
 
-/// A folder instead of a file, and a file of a hundred megabytes.
+/// A folder in place of a file, and a file of a hundred megabytes.
 #[test]
-fn odd_files_are_refused_in_a_sentence() {
+fn rejects_folder_and_huge_file() {
     let fmu = Unpacked::<Controller>::new(&example::resources());
     let path = fmu.folder.path().join("controller.json");
     std::fs::write(&path, vec![b' '; 100_000_000]).unwrap();

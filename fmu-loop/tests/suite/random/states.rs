@@ -1,6 +1,6 @@
-//! Random changes of serialised states: one that was changed by accident is refused by its checksum, and one with a
-//! checksum that fits is refused in a sentence or flown on, without a panic or an endless loop. `PROPTEST_CASES` and
-//! `SQUID_FUZZ_MINUTES` make the run longer; `corpus` keeps what was once interesting.
+//! Random changes of serialised states: an accidental change is refused by the checksum; a change with a valid checksum
+//! is refused with a message or simulated, without a panic or an endless loop. `PROPTEST_CASES` and
+//! `SQUID_FUZZ_MINUTES` make the run longer; `corpus` stores cases that once reached something new.
 
 use std::ptr::null_mut;
 
@@ -17,20 +17,20 @@ use squid_fmu_controller::Controller;
 use squid_fmu_loop::ClosedLoop;
 use squid_fmu_plant::PlantModel;
 
-/// Bytes of the head and of the checksum.
+/// Number of bytes of header and checksum.
 const HEAD: usize = 52;
 const CHECKSUM: usize = 32;
 
-/// What happens to the content.
+/// A change of the content.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 enum Change {
-    /// A byte is changed.
+    /// Changes a byte.
     Byte(usize, u8),
-    /// The eight bytes from here on, where a number may begin, become those of a real number.
+    /// Replaces eight bytes, starting where a number may begin, by those of a real number.
     Real(usize, #[serde(with = "fuzz::reals")] Vec<f64>),
-    /// The same with a whole number.
+    /// Replaces eight bytes likewise by those of an integer.
     Whole(usize, u64),
-    /// So many bytes are left.
+    /// Truncates the content to a number of bytes.
     Cut(usize),
 }
 
@@ -61,7 +61,7 @@ fn apply(content: &mut Vec<u8>, change: &Change) {
     content[at..at + bytes.len()].copy_from_slice(&bytes);
 }
 
-/// A state made after so many steps, with changes.
+/// A state saved after a number of steps, with changes.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Changed {
     steps: u8,
@@ -105,7 +105,7 @@ fn serialised<M: Model>(c: Component) -> Vec<u8> {
     }
 }
 
-/// Puts an instance into the state of these bytes; false if they are refused.
+/// Restores an instance from these bytes; returns `false` if they are refused.
 fn restored<M: Model>(c: Component, bytes: &[u8]) -> bool {
     let mut read = null_mut();
     unsafe {
@@ -120,7 +120,7 @@ fn restored<M: Model>(c: Component, bytes: &[u8]) -> bool {
     true
 }
 
-/// The state with its content changed, under the old checksum and under one that fits.
+/// Returns the state with changed content, under the old checksum and under a valid one.
 fn changed(bytes: &[u8], changes: &[Change]) -> [Vec<u8>; 2] {
     let (head, body) = bytes.split_at(HEAD);
     let (content, checksum) = body.split_at(body.len() - CHECKSUM);
@@ -133,7 +133,7 @@ fn changed(bytes: &[u8], changes: &[Change]) -> [Vec<u8>; 2] {
     [damaged, sealed]
 }
 
-/// Goes on from wherever the state is, and asks for everything on the way.
+/// Continues from whatever the state is, calling everything on the way.
 fn go_on<M: Model>(c: Component, interface: Interface, at: f64) {
     let mut numbers = [0.0; 9];
     let mut event = EventInfo::default();

@@ -1,7 +1,7 @@
-//! Campaigns by FMUs: what is drawn, for the program that flies them, and its records.
+//! Campaigns simulated with FMUs: the random values for the simulating program, and the evaluation of its records.
 
 use crate::error::Error;
-use crate::verbs::plot::{read_record, rows, wrong};
+use crate::verbs::plot::{read_record, record_error, rows};
 use serde_json::{Map, Value, json};
 use squid_auv::longitudinal;
 use squid_campaign::flight::Row;
@@ -9,8 +9,8 @@ use squid_campaign::plan::{Drawn, Plan};
 use squid_design::uncertain::model::{Block, Uncertain};
 use std::path::Path;
 
-/// What is drawn for a flight: the manoeuvre; the start values of the vehicle's FMU by its names, coefficients and sea;
-/// what each actuator puts out in multiples of what it is commanded.
+/// Returns the random values of a flight: the manoeuvre; start values of coefficients and sea by their names in the
+/// vehicle's FMU; and for each actuator the ratio of output to command.
 pub(super) fn drawn(plan: &Plan<'_>, flight: u64) -> Value {
     let drawn = plan.draw(flight);
     let parameter = |(block, _): &(&Block, f64)| matches!(block.uncertain, Uncertain::Parameter(_));
@@ -22,7 +22,7 @@ pub(super) fn drawn(plan: &Plan<'_>, flight: u64) -> Value {
     json!({ "flight": flight, "manoeuvre": drawn.manoeuvre, "start": start, "gains": gains })
 }
 
-/// Waves and steady current of a flight, which are all that FMUs have, and the depth where it begins.
+/// Returns waves and steady current of a flight, the only sea that FMUs support, and the initial depth.
 fn sea(plan: &Plan<'_>, drawn: &Drawn) -> Vec<(String, Value)> {
     let Some(sea) = plan.sea_of(drawn) else { return Vec::new() };
     let depth = sea.depth.map(|depth| ("initial_depth", depth.into()));
@@ -40,15 +40,17 @@ fn sea(plan: &Plan<'_>, drawn: &Drawn) -> Vec<(String, Value)> {
     depth.into_iter().chain(current).chain(waves).map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
-/// The row of a flight, by its record.
+/// Evaluates the record of a flight.
 ///
 /// # Errors
-/// [`Error::Record`]; those of the sea.
-pub(super) fn judged(plan: &Plan<'_>, records: &Path, flight: u64) -> Result<Row, Error> {
+/// [`Error::Record`], and errors of the sea.
+pub(super) fn evaluate_record(plan: &Plan<'_>, records: &Path, flight: u64) -> Result<Row, Error> {
     let path = records.join(format!("flight-{flight}.csv"));
     let record = read_record(&path)?;
     let actuators = &plan.vehicle.actuators;
-    let rows = rows(&record, actuators, &longitudinal::SIGNALS).map_err(|reason| wrong(&path, reason))?;
-    let distance = record.get("distance").ok_or_else(|| wrong(&path, "there is no column 'distance'"))?;
+    let rows =
+        rows(&record, actuators, &longitudinal::SIGNALS).map_err(|reason| record_error(&path, reason))?;
+    let distance =
+        record.get("distance").ok_or_else(|| record_error(&path, "there is no column 'distance'"))?;
     Ok(plan.judge(flight, rows, distance)?)
 }

@@ -1,7 +1,7 @@
-//! `squid gains`: gains in the file of an autopilot as `[controller]`, and back.
+//! `squid gains`: conversion of gains between an autopilot's file and `[controller]`.
 
 use crate::error::Error;
-use crate::output::{answer, note, say, say_whole};
+use crate::output::{answer, note, say, say_unwrapped};
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
 use squid_auv::{Actuator, Vehicle};
@@ -13,80 +13,80 @@ use std::path::{Path, PathBuf};
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Subcommand)]
 pub enum GainsVerb {
-    /// Read the gains of an autopilot's file, and print them as `[controller]` for `squid prove --controller`
+    /// Read the gains in an autopilot's file, and print them as `[controller]` for `squid prove --controller`
     ///
-    /// Each gain has its unit, and where it comes from as a comment: key, line and conversion. What the file has
-    /// without counterpart is named with its value. Gains that could mean two things are refused with the option that
-    /// says which. docs/pid.md has the laws and conversions.
+    /// Each gain has its unit, and its origin as a comment: key, line and conversion. Settings without a counterpart
+    /// are listed with their values. Ambiguous gains are refused, with the option that resolves the ambiguity.
+    /// docs/pid.md explains laws and conversions.
     Import {
-        /// The file, for instance control.ini
+        /// File to read, for instance control.ini
         file: PathBuf,
         #[command(flatten)]
         how: How,
-        /// The angle whose gains are read
+        /// Angle whose gains are read
         #[arg(long, value_enum, default_value_t = Axis::Pitch, value_name = "ANGLE")]
         axis: Axis,
-        /// The file to write instead
+        /// Write to this file instead
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
-        /// The vehicle's directory: a refusal for want of --full-output then says what its thrusters can give
+        /// Directory of the vehicle, to state the moment of its thrusters if --full-output is missing
         #[arg(long, value_name = "DIR")]
         vehicle: Option<PathBuf>,
     },
     /// Write the gains of a `[controller]` into an autopilot's file
     ///
-    /// Only the numbers of the gains change; every other byte of the file stays. Refused are gains that the autopilot
-    /// cannot have: over speed, with a model, a filter, or a weight of the reference; the file is then as it was. The
-    /// angle is that of the `[controller]`.
+    /// Only the numbers of the gains change; every other byte of the file is preserved. Gains that the autopilot cannot
+    /// represent are refused: scheduled gains, a model, a filter, or a reference weight; the file is then left
+    /// unchanged. The angle is that of the `[controller]`.
     Export {
-        /// A file with `[controller]` alone, as for `squid prove --controller`
+        /// File with `[controller]` only, as for `squid prove --controller`
         controller: PathBuf,
         #[command(flatten)]
         how: How,
-        /// The autopilot's file, which has gains already
+        /// File of the autopilot, which must contain gains already
         #[arg(long, value_name = "FILE")]
         into: PathBuf,
     },
 }
 
-/// The format of a file, and what the file does not say.
+/// Format of a file, and settings that the file does not contain.
 #[derive(Debug, Args)]
 pub struct How {
-    /// The autopilot
+    /// Name of the autopilot
     #[arg(long, value_enum)]
     pub format: Format,
-    /// ArduSub: the moment about the axis of the angle at output 1, N.m
+    /// ArduSub: moment about the axis of the angle at output 1, N.m
     #[arg(long, value_name = "N.M", allow_negative_numbers = true)]
     pub full_output: Option<f64>,
-    /// mvp: the unit of the command
+    /// mvp: unit of the command
     #[arg(long, value_enum)]
     pub unit: Option<Command>,
-    /// mvp: the control mode, if several have the angle
+    /// mvp: control mode, if several have the angle
     #[arg(long, value_name = "NAME")]
     pub mode: Option<String>,
 }
 
-/// An autopilot.
+/// Autopilots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Format {
-    /// control.ini of DUNE
+    /// DUNE: control.ini
     Dune,
-    /// A parameter file of ArduSub
+    /// ArduSub: a parameter file
     Ardusub,
-    /// YAML of mvp_control
+    /// mvp_control: YAML
     Mvp,
-    /// A script of MSS or of the Python Vehicle Simulator
+    /// MSS or Python Vehicle Simulator: a script
     Mss,
 }
 
-/// An angle.
+/// Angles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Axis {
-    /// Nose up and down, and depth and speed where the file has them
+    /// Pitch, and depth and speed if the file has them
     Pitch,
-    /// The turn; in mvp `yaw`
+    /// Heading; `yaw` in mvp
     Heading,
-    /// The turn about the hull
+    /// Roll
     Roll,
 }
 
@@ -100,7 +100,7 @@ impl From<Axis> for Angle {
     }
 }
 
-/// The unit of a command.
+/// Units of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Command {
     /// Deflection of control surfaces
@@ -112,10 +112,10 @@ pub enum Command {
 }
 
 impl How {
-    /// The autopilot, and what its file does not say.
+    /// Returns the autopilot, and the settings that its file does not contain.
     ///
     /// # Errors
-    /// [`Error::Argument`]: an option of another format, a moment that is none.
+    /// [`Error::Argument`] for an option of another format, or a moment that is not positive.
     fn checked(&self) -> Result<(Autopilot, Missing), Error> {
         let Self { format, full_output, unit, mode } = self;
         let options = [
@@ -148,7 +148,7 @@ impl How {
 /// Reads or writes gains.
 ///
 /// # Errors
-/// Those of the files; [`Error::Argument`].
+/// Errors of the files; [`Error::Argument`].
 pub fn run(verb: &GainsVerb) -> Result<(), Error> {
     match verb {
         GainsVerb::Import { file, how, axis, out, vehicle } => {
@@ -163,7 +163,7 @@ pub fn run(verb: &GainsVerb) -> Result<(), Error> {
                 return Err(Error::Argument { name: "--out", found, allowed });
             }
             let found = import(autopilot, angle, &text, &name, &missing)?;
-            imported(&found, &name, out.as_deref())
+            print_import(&found, &name, out.as_deref())
         }
         GainsVerb::Export { controller, how, into } => {
             let (autopilot, missing) = how.checked()?;
@@ -173,8 +173,8 @@ pub fn run(verb: &GainsVerb) -> Result<(), Error> {
     }
 }
 
-/// Prints or writes what was read.
-fn imported(found: &Import, file: &str, out: Option<&Path>) -> Result<(), Error> {
+/// Prints or writes the imported gains.
+fn print_import(found: &Import, file: &str, out: Option<&Path>) -> Result<(), Error> {
     let (toml, remarks) = (found.toml(file), found.remarks());
     match out {
         Some(out) => {
@@ -185,7 +185,7 @@ fn imported(found: &Import, file: &str, out: Option<&Path>) -> Result<(), Error>
                 found.gains.len()
             ));
         }
-        None => say_whole(toml.trim_end()),
+        None => say_unwrapped(toml.trim_end()),
     }
     remarks.iter().for_each(|remark| note(remark));
     let gains = found.gains.iter().map(|gain| {
@@ -206,7 +206,7 @@ fn write_into(
     let (text, name) = (read(into)?, into.display().to_string());
     let found = export(autopilot, pid, &text, &name, missing)?;
     let unreadable = |reason| squid_base::files::Error::Unreadable { path: name.clone(), reason };
-    // A byte order mark stays, and so does a link to the file.
+    // A byte order mark is preserved, and so is a link to the file.
     let target = into.canonicalize().map_err(unreadable)?;
     let mut bytes = std::fs::read(&target).map_err(unreadable)?;
     bytes.truncate(bytes.len() - text.len());
@@ -220,7 +220,7 @@ fn write_into(
     if found.changes.is_empty() {
         say(&format!("{name}: it has these gains already; nothing is changed"));
     }
-    found.notes.iter().for_each(|words| note(words));
+    found.notes.iter().for_each(|text| note(text));
     let changes = found.changes.iter().map(
         |change| json!({ "line": change.line, "key": change.key, "from": change.from, "to": change.to }),
     );
@@ -228,14 +228,14 @@ fn write_into(
     Ok(answer(&json!({ "file": into, "changes": changes, "remarks": found.notes }))?)
 }
 
-/// What the thrusters of a vehicle give about the axis of an angle, all at their limits.
+/// Returns a text with the total moment of a vehicle's thrusters about the axis of an angle, all at their limits.
 fn hint(vehicle: &Path, angle: Angle) -> Result<Option<String>, Error> {
     let file = vehicle.join("vehicle.toml");
     let vehicle = Vehicle::parse(&read(&file)?, &file.display().to_string())?;
     let moment = |actuator: &Actuator| (angle.moment(actuator, 0.0) * actuator.reach()).abs();
     let thrusters = vehicle.actuators.iter().filter(|actuator| actuator.unit() == "N");
     let all: f64 = thrusters.map(moment).sum();
-    let words =
+    let text =
         format!("all thrusters of {} at their limits give {} N.m", vehicle.name, squid_auv::rounded(all));
-    Ok((all > 0.0).then_some(words))
+    Ok((all > 0.0).then_some(text))
 }

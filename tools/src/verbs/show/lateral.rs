@@ -5,13 +5,13 @@ use serde_json::{Value, json};
 use squid_auv::{Actuator, Lateral, Turn, Vehicle};
 use squid_design::numbers::{decimals, readable};
 
-/// The actuators that act out of the vertical plane, with their places.
+/// Returns the actuators that act out of the vertical plane, with their indices.
 fn steering(vehicle: &Vehicle) -> impl Iterator<Item = (usize, &Actuator)> {
     vehicle.actuators.iter().enumerate().filter(|(_, one)| one.acts_out_of_plane())
 }
 
-/// The linear model, its poles, what the actuators turn, and turns at constant depth.
-pub fn words(vehicle: &Vehicle, found: &Lateral) -> String {
+/// Returns as text the linear model, its poles, the effect of the actuators, and turns at constant depth.
+pub fn text(vehicle: &Vehicle, found: &Lateral) -> String {
     let speed = found.straight.speed;
     let mut out = format!("Sway, roll and yaw about straight level flight at V = {speed:.3} m/s\n");
     if !vehicle.supposed().is_empty() {
@@ -67,7 +67,7 @@ pub fn words(vehicle: &Vehicle, found: &Lateral) -> String {
     out + if beyond { "  * beyond the limits of the actuator\n" } else { "" }
 }
 
-/// The same as JSON, in SI units.
+/// Returns the same as JSON, in SI units.
 pub fn to_json(vehicle: &Vehicle, found: &Lateral) -> Value {
     let rows = |m: &nalgebra::DMatrix<f64>| {
         m.row_iter().map(|row| row.iter().copied().collect::<Vec<f64>>()).collect::<Vec<_>>()

@@ -1,4 +1,4 @@
-//! The tables of `squid show`.
+//! Tables of `squid show`.
 
 use crate::error::Error;
 use crate::output::COLUMNS;
@@ -12,10 +12,10 @@ use squid_lpv::controller::Controller;
 use squid_lpv::matrix::Mat;
 use squid_scheduled::Gamma;
 
-/// The columns of the name of a row.
+/// Width of the name of a row.
 const HEAD: usize = 8;
 
-/// Trim, A, B and eigenvalues at one speed.
+/// Returns trim, A, B and eigenvalues at one speed.
 pub fn speed(vehicle: &Vehicle, l: &Linearisation) -> String {
     let t = &l.trim;
     let mut out = format!(
@@ -42,7 +42,7 @@ pub fn speed(vehicle: &Vehicle, l: &Linearisation) -> String {
     out
 }
 
-/// The fit: residuals of each order, and the largest residual of each entry of A and B.
+/// Returns the fit: residuals of each order, and the largest residual of each entry of A and B.
 pub fn fit(inputs: &Inputs, model: &Model) -> String {
     let mut out = String::from(
         "Polynomials in rho fitted to [A B]\n                                           largest residual     frequency \
@@ -86,10 +86,10 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
     out
 }
 
-/// A controller: its size and its poles at the ends and the middle of the range.
+/// Returns a controller: its size, and its poles at the ends and the centre of the range.
 ///
 /// # Errors
-/// [`ModelError::Lft`](squid_design::error::ModelError::Lft), which would be a defect of this program; those of the
+/// [`ModelError::System`](squid_design::error::ModelError::System), which would be an internal error, and errors of the
 /// model.
 pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<String, Error> {
     let plant = augment(
@@ -126,7 +126,7 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Stri
     Ok(out)
 }
 
-/// A table of as many columns side by side as fit, the others below.
+/// Returns a matrix as a table with as many columns side by side as fit, and the others below.
 pub fn table(m: &Mat, rows: &[&str], columns: &[&str]) -> String {
     let width = |j: usize| columns[j].len().max(11) + 1;
     let mut out = String::new();
@@ -150,7 +150,7 @@ pub fn table(m: &Mat, rows: &[&str], columns: &[&str]) -> String {
     out
 }
 
-/// Real modes one a line, complex pairs once, with damping.
+/// Returns real modes, one per line, and complex pairs once, with their damping.
 pub fn modes(values: &[Complex<f64>]) -> String {
     let shown = values.iter().filter(|v| v.im >= 0.0);
     shown

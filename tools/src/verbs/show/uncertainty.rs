@@ -12,11 +12,12 @@ use squid_design::uncertain::{Fidelity, over_range};
 /// Number of speeds in the tables, evenly spread over the range.
 const SPEEDS: usize = 6;
 
-/// The uncertain parameters with their ranges and repetitions, the moves of the trim, and the errors of the models.
+/// Returns the uncertain parameters with their ranges and repetitions, the deviations of the trim, and the errors of
+/// the models.
 ///
 /// # Errors
 /// [`ModelError::Trim`](squid_design::error::ModelError::Trim),
-/// [`ModelError::Fit`](squid_design::error::ModelError::Fit), and those of [`over_range`].
+/// [`ModelError::System`](squid_design::error::ModelError::System), and those of [`over_range`].
 pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
     let frozen = inputs
         .design

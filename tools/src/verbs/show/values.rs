@@ -1,4 +1,4 @@
-//! What `squid show --json` prints: the numbers of the tables, in SI units.
+//! Values of `squid show --json`: the numbers of the tables, in SI units.
 
 use crate::error::Error;
 use serde_json::{Value, json};
@@ -9,7 +9,7 @@ use squid_lpv::controller::Controller;
 use squid_lpv::matrix::to_rows;
 use squid_scheduled::Gamma;
 
-/// The residuals of the fits, and the size of the LFT.
+/// Returns the residuals of the fits, and the size of the LFT.
 pub fn fit(model: &Model) -> Value {
     let order = |r: &squid_design::fit::Residual| {
         json!({
@@ -26,10 +26,10 @@ pub fn fit(model: &Model) -> Value {
     })
 }
 
-/// A controller: its sizes, gammas and poles at the ends and the middle of the range.
+/// Returns a controller: its sizes, gammas, and poles at the ends and the centre of the range.
 ///
 /// # Errors
-/// [`ModelError::Lft`](squid_design::error::ModelError::Lft).
+/// [`ModelError::System`](squid_design::error::ModelError::System).
 pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Value, Error> {
     let (centre, half_range) = inputs.design.scheduling();
     let poles = [-1.0, 0.0, 1.0].map(|rho| {
@@ -48,7 +48,7 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Valu
     }))
 }
 
-/// The uncertain parameters with their ranges and their channels over the range of speed.
+/// Returns the uncertain parameters with their ranges and their channels over the speed range.
 ///
 /// # Errors
 /// [`Error::Design`].
