@@ -164,13 +164,10 @@ pub fn pid(
         |reason| format!("NOT PROVED: {reason}"),
         |proof| format!("PROVED: gain below {}", squid_design::certify::claims::bound(&proof.theorem)),
     );
-    // The PID that is tuned in flight is one of pitch.
-    let is_of_pitch = inputs.design.tracks("pitch").is_some();
-    let against =
-        is_of_pitch.then(|| against(inputs, &tuned.text, &tuned.finished, &progress)).transpose()?;
+    let against = against(inputs, &tuned.text, &tuned.finished, &progress)?;
     let next = next(inputs, vehicle, name, begun);
-    let lines = [Some(words), against.clone(), Some(to.display().to_string()), Some(next)];
-    progress.done("tuned", &lines.into_iter().flatten().collect::<Vec<_>>().join("\n"));
+    progress
+        .done("tuned", &[&words, &against, &to.display().to_string(), &next].map(String::as_str).join("\n"));
     let gain =
         |gain: &TunedGain| json!({ "name": gain.name, "unit": gain.unit, "coefficients": gain.coefficients });
     answer(&json!({
