@@ -9,7 +9,7 @@ pub mod survival;
 
 use crate::error::Error;
 use crate::page::{Part, Table};
-use crate::peers::beside::{proofs, verdicts};
+use crate::peers::beside::{NOTHING, proofs, verdicts};
 use crate::peers::course::{fly_at, fly_ramp};
 use crate::peers::law::Law;
 use crate::peers::line::{DRAW, Line, score};
@@ -22,9 +22,6 @@ use squid_pid::Pid;
 use squid_tune::error::Error as TuneError;
 use squid_tune::pid::in_flight::{Judged, tune_in_flight};
 use std::iter::once;
-
-/// A cell of what a law does not have.
-const NOTHING: &str = "-";
 
 /// The comparison at three speeds and on the speed ramp of the manoeuvre.
 ///

@@ -12,7 +12,6 @@ use squid_design::inputs::Inputs;
 use squid_design::run::Finished;
 use squid_design::store::Stored;
 use squid_report::peers::against_pid;
-use squid_report::peers::beside::check;
 use squid_report::subject::Subject;
 use squid_scheduled::DEFAULT_DESIGN;
 use squid_tune::candidate::Candidate;
@@ -117,10 +116,10 @@ fn target<'a>(to: Option<&'a str>, design: &'a str, begun: bool) -> &'a str {
 }
 
 /// The report to look at next: on the design that was searched from, with the new one beside it; on the new one alone
-/// if it took the place of that, if there was none, or if the two cannot stand side by side.
+/// if it took the place of that, or if there was none.
 fn next(from: &Inputs, vehicle: &Path, name: &str, begun: bool) -> String {
     let design = from.design.autopilot.as_str();
-    let alone = begun || name == design || check(from, from).is_err();
+    let alone = begun || name == design;
     let own = if alone { name } else { design };
     let design = if own == DEFAULT_DESIGN { String::new() } else { format!(" --design {own}") };
     let beside = if alone { String::new() } else { format!(" --beside {name}") };
@@ -335,7 +334,7 @@ fn end(tuned: &Tuned, vehicle: &Path, name: &str) -> String {
 mod tests {
     use super::*;
 
-    /// A depth design has no other beside it, and neither has one that was begun or replaced.
+    /// A design that was begun or replaced has no other beside it.
     #[test]
     fn the_next_report_is_one_that_can_be_made() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles");
@@ -344,7 +343,7 @@ mod tests {
             ("squid", "proved", "pid", false, " --design proved --beside pid"),
             ("squid", "design", "design", false, ""),
             ("remus100", "pitch", "mine", true, " --design mine"),
-            ("remus100", "design", "tuned", false, " --design tuned"),
+            ("remus100", "design", "tuned", false, " --axis depth --beside tuned"),
         ] {
             let axis = (from, vehicle) == ("design", "remus100");
             let from = Inputs::read_axis(&vehicles.join(vehicle), from, axis.then_some("depth")).unwrap();

@@ -2,11 +2,14 @@
 //! verdicts.
 
 use crate::error::Error;
-use crate::peers::NOTHING;
 use crate::subject::{Step, Subject};
 use squid_design::certify::claims::bound;
 use squid_design::inputs::Inputs;
+use squid_design::inputs::design_file::Tracked;
 use squid_design::verdict::row::{Outcome, Row};
+
+/// A cell of what a law does not have.
+pub(crate) const NOTHING: &str = "-";
 
 /// The key of the rows that depend on the declared uncertainty.
 const MU: &str = "mu";
@@ -19,8 +22,13 @@ const MU: &str = "mu";
 pub fn check(first: &Inputs, other: &Inputs) -> Result<(), Error> {
     let file = first.design.source();
     let refused = |what| Err(Error::NotBeside { file: other.design.source(), what });
-    let [steered, own] = [first, other].map(|inputs| inputs.design.steered());
-    if own != steered {
+    let [steered, own] = [first, other].map(|inputs| {
+        let besides_speed = |one: &&Tracked| Some(one.place) != inputs.design.interface.scheduled();
+        let names = inputs.design.tracked.iter().filter(besides_speed).map(|one| one.signal.name);
+        names.collect::<Vec<_>>().join(" and ")
+    });
+    if own != steered || own.is_empty() {
+        let [steered, own] = [steered, own].map(|one| if one.is_empty() { "nothing".into() } else { one });
         return refused(format!("it steers {own}, and {file} steers {steered}"));
     }
     let differs = |((key, ours, unit), (_, theirs, _)): ((String, f64, &str), (String, f64, &str))| {

@@ -22,7 +22,7 @@ const GUESSES: [f64; 3] = [0.7, 1.2, 2.0];
 /// The first step of a descent and the number of its attempts, from first gains.
 const FROM_GUESS: (f64, usize) = (0.4, 50);
 /// So from the best gains, one descent after another.
-const FROM_BEST: [(f64, usize); 4] = [(0.3, 80), (0.2, 60), (0.3, 80), (0.1, 60)];
+const FROM_BEST: [(f64, usize); 6] = [(0.3, 80), (0.2, 60), (0.3, 80), (0.1, 60), (0.2, 80), (0.05, 60)];
 /// The frequency of the pitch loop inside that of the depth, relative to it.
 const INNER: f64 = 4.0;
 /// The largest slope of a gain.
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(tune_in_flight(&inputs, 1, &missed).unwrap(), None);
     }
 
-    /// The first gains of each axis fit, and those of planes fall as the square of the speed.
+    /// The first gains of each axis fit, and those of planes fall as the square of the forward speed.
     #[test]
     fn first_gains_of_each_axis() {
         for (vehicle, name, axis) in [
@@ -215,7 +215,8 @@ mod tests {
         let pid = guess(&inputs, &first(&inputs).unwrap().0, 1.0).unwrap();
         let [constant, slope] = coefficients(&pid.turn.kp);
         let [low, high] = [constant * (1.0 - slope), constant * (1.0 + slope)];
-        let squares = (inputs.design.speed_max / inputs.design.speed_min).powi(2);
+        let forward = |speed: f64| inputs.axis().at(speed).unwrap().trim.forward_speed;
+        let squares = (forward(inputs.design.speed_max) / forward(inputs.design.speed_min)).powi(2);
         assert!((low / high / squares - 1.0).abs() < 1e-6, "{low} {high}");
     }
 }
