@@ -246,7 +246,7 @@ impl Plan<'_> {
         let Axis { inputs, stored, .. } = self.first();
         let level = inputs.design.level();
         let variations =
-            Variations { sea: sea.as_ref(), gains: &gains, off_trim: drawn.off_trim, disturbance: None };
+            Variations { sea: sea.as_ref(), gains: &gains, off_trim: drawn.off_trim, spells: &[] };
         if self.axes.len() > 1 {
             let designs: Vec<_> = self.axes.iter().map(|axis| &axis.stored.controller).collect();
             return fly_whole(&vehicle, &designs, level, &drawn.manoeuvre, &variations);

@@ -6,8 +6,7 @@ use crate::sea::{Conditions, Sea};
 pub use crate::surfacing::{Surfacing, out_of_water};
 use crate::ticks::{Tick, Ticks};
 use squid_auv::{
-    Current, Each, EachTracked, LONGITUDINAL, Load, Pitch, Plant, Speed, State, TRACKED, VIEWS, Vehicle,
-    View, trim_with,
+    Current, Each, EachTracked, Load, Pitch, Plant, Speed, State, TRACKED, VIEWS, Vehicle, View, trim_with,
 };
 use squid_scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
 use std::array::from_fn;
@@ -80,17 +79,16 @@ pub struct SeaRow {
     pub read: Each<f64>,
 }
 
-/// Output of a control law at a tick.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LawOutput {
+/// The output of a control law at a tick.
+struct LawOutput {
     /// Commands, N or rad.
-    pub commands: Vec<f64>,
-    /// References as applied by the law; `None` if equal to the requested ones.
-    pub references: Option<EachTracked<f64>>,
-    /// Scheduling parameter.
-    pub rho: f64,
-    /// `true` if the speed is outside the range of the design.
-    pub out_of_range: bool,
+    commands: Vec<f64>,
+    /// The references as the law used them.
+    references: EachTracked<f64>,
+    /// The scheduling parameter.
+    rho: f64,
+    /// Whether the speed is outside the range of the design.
+    out_of_range: bool,
 }
 
 /// Simulates the vehicle under its autopilot in still water, from level trim at a depth \[m\] with a pitch rule.
@@ -140,8 +138,8 @@ pub struct Variations<'a> {
     pub gains: &'a [f64],
     /// Initial deviation of each signal from trim, SI.
     pub off_trim: Each<f64>,
-    /// Temporary disturbance.
-    pub disturbance: Option<Spell>,
+    /// Disturbances, each for some time; they add.
+    pub spells: &'a [Spell],
 }
 
 /// Temporary disturbance.
@@ -158,29 +156,36 @@ pub struct Spell {
 }
 
 impl Spell {
-    /// Returns a steady current.
-    pub fn steady(current: Current) -> Self {
-        let disturbance = Disturbance { current, ..Disturbance::default() };
-        Self { disturbance, from: f64::NEG_INFINITY, to: f64::INFINITY, rise: 0.0 }
+    /// A disturbance that begins as a step at a time, s, and stays.
+    pub fn lasting(disturbance: Disturbance, from: f64) -> Self {
+        Self { disturbance, from, to: f64::INFINITY, rise: 0.0 }
     }
 
-    /// Returns the disturbance at a time, s.
-    pub(crate) fn at(&self, time: f64) -> Disturbance {
-        let Self { disturbance: Disturbance { current, load }, from, to, rise } = *self;
-        let ramp =
-            |since: f64| if rise > 0.0 { (since / rise).clamp(0.0, 1.0) } else { f64::from(since >= 0.0) };
-        let fraction = ramp(time - from) - ramp(time - to);
-        let Current { horizontal, east, vertical } = current;
-        Disturbance {
-            current: Current {
-                horizontal: fraction * horizontal,
-                east: fraction * east,
-                vertical: fraction * vertical,
-            },
-            load: load.map(|one| fraction * one),
+    /// Returns a steady current.
+    pub fn steady(current: Current) -> Self {
+        Self::lasting(Disturbance { current, ..Disturbance::default() }, f64::NEG_INFINITY)
+    }
+
+    /// The sum of some disturbances at a time, s.
+    pub(crate) fn sum(all: &[Self], time: f64) -> Disturbance {
+        let mut sum = Disturbance::default();
+        for Self { disturbance: Disturbance { current, load }, from, to, rise } in all {
+            let way = |since: f64| match *rise {
+                rise if rise > 0.0 => (since / rise).clamp(0.0, 1.0),
+                _ => f64::from(since >= -ROUNDING_OF_TIME),
+            };
+            let part = way(time - from) - way(time - to);
+            sum.current.horizontal += part * current.horizontal;
+            sum.current.east += part * current.east;
+            sum.current.vertical += part * current.vertical;
+            sum.load.iter_mut().zip(load).for_each(|(to, one)| *to += part * one);
         }
+        sum
     }
 }
+
+/// A disturbance begins and ends this much earlier \[s\], so that rounding of `k Ts` cannot delay it by a tick.
+const ROUNDING_OF_TIME: f64 = 1e-9;
 
 /// Disturbance of a flight.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -198,9 +203,26 @@ pub struct Disturbance {
 pub fn fly_varied(
     vehicle: &Vehicle,
     design: &ControllerDesign,
+    level: (f64, &Pitch),
+    manoeuvre: &Manoeuvre,
+    variations: &Variations<'_>,
+) -> Result<Flight, Error> {
+    let own = |autopilot: &Autopilot, _: &Inputs, _: f64| autopilot.outputs().commands.clone();
+    fly_with(vehicle, design, level, manoeuvre, variations, own)
+}
+
+/// Simulates the vehicle as [`fly_varied`] does, but with the commands of `law` at each tick. It gets the autopilot
+/// after its tick, the values and references that this was given, and V_r \[m/s\], at which its trim is.
+///
+/// # Errors
+/// As [`fly_varied`].
+pub fn fly_with(
+    vehicle: &Vehicle,
+    design: &ControllerDesign,
     (depth, pitch): (f64, &Pitch),
     manoeuvre: &Manoeuvre,
-    &Variations { sea, gains, off_trim, disturbance }: &Variations<'_>,
+    &Variations { sea, gains, off_trim, spells }: &Variations<'_>,
+    mut law: impl FnMut(&Autopilot, &Inputs, f64) -> Vec<f64>,
 ) -> Result<Flight, Error> {
     manoeuvre.check_steps(design)?;
     if let Some(sea) = sea {
@@ -216,97 +238,23 @@ pub fn fly_varied(
     let has = |view: &&&'static View| view.has_signals(names());
     let unknown = || Error::NoSuchView { signals: names().collect::<Vec<_>>().join(", ") };
     let view = VIEWS.iter().find(has).ok_or_else(unknown)?;
-    let demand = |time| {
-        let disturbance = disturbance.map(|spell| spell.at(time)).unwrap_or_default();
-        Demand { disturbance, ..Demand::of_axis(manoeuvre, view, time) }
-    };
-    let course = Course { duration: manoeuvre.duration, demand };
-    let start = Start::new(vehicle, view, level, course.initial_speed(), conditions, off_trim)?;
-    start.fly(course, &Sampling { sample_time, trims: &trims }, |measured| {
+    let start = Start::new(vehicle, view, level, manoeuvre.speed_reference(0.0), conditions, off_trim)?;
+    start.fly((manoeuvre, spells), sample_time, &trims, |measured| {
         if !std::mem::replace(&mut started, true) {
             autopilot.initialise(0.0, measured)?;
         }
+        let filtered = autopilot.filtered_speed();
         autopilot.tick(measured)?;
-        let Outputs { mut commands, scheduling_parameter: rho, out_of_range, .. } =
-            autopilot.outputs().clone();
+        let trimmed_at =
+            if design.reference_filter.is_some() { filtered } else { autopilot.filtered_speed() };
+        let mut commands = law(&autopilot, measured, trimmed_at);
+        let Outputs { scheduling_parameter: rho, out_of_range, .. } = *autopilot.outputs();
         for ((command, gain), actuator) in commands.iter_mut().zip(gains).zip(&vehicle.actuators) {
             *command = (*command * gain).clamp(actuator.min, actuator.max);
         }
-        let references = Some(used(&autopilot));
+        let references = used(&autopilot);
         Ok(LawOutput { commands, references, rho, out_of_range })
     })
-}
-
-/// Demanded flight and disturbance at one time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Demand {
-    /// Speed V along the path through the water, m/s.
-    pub speed: f64,
-    /// Deviation of each reference from trim, of the depth from its initial value, SI; excludes the speed.
-    pub above_trim: EachTracked<f64>,
-    /// Disturbance.
-    pub disturbance: Disturbance,
-}
-
-impl Demand {
-    /// Returns the demand of a longitudinal manoeuvre in still water.
-    pub fn of(manoeuvre: &Manoeuvre, time: f64) -> Self {
-        Self::of_axis(manoeuvre, &LONGITUDINAL, time)
-    }
-
-    /// Returns the demand of a manoeuvre of an axis in still water.
-    fn of_axis(manoeuvre: &Manoeuvre, view: &View, time: f64) -> Self {
-        Self {
-            speed: manoeuvre.speed_reference(time),
-            above_trim: from_fn(|index| {
-                let signal = view.interface.signals.get(index);
-                signal.map_or(0.0, |signal| manoeuvre.above_trim(time, signal.name))
-            }),
-            disturbance: Disturbance::default(),
-        }
-    }
-}
-
-/// Course to fly: the demand over time.
-#[derive(Debug, Clone, Copy)]
-pub struct Course<F> {
-    /// Duration, s.
-    pub duration: f64,
-    /// Demand as a function of time (s).
-    pub demand: F,
-}
-
-impl<F: Fn(f64) -> Demand> Course<F> {
-    /// Returns the speed V along the path at the start, m/s.
-    fn initial_speed(&self) -> f64 {
-        (self.demand)(0.0).speed
-    }
-}
-
-/// Sampling of a control law, and the trim table that turns a demand into references.
-#[derive(Debug, Clone, Copy)]
-pub struct Sampling<'a> {
-    /// Sample time, s.
-    pub sample_time: f64,
-    /// Trim table.
-    pub trims: &'a Trim,
-}
-
-/// Simulates the nonlinear vehicle on a course, from trim, under a control law that runs at `t = k T`. The flight ends
-/// at the surface, since the equations of motion hold in deep water only.
-///
-/// # Errors
-/// [`Error::Trim`], [`Error::Coefficient`], [`Error::Simulation`], and the errors of the law.
-pub fn fly_course(
-    vehicle: &Vehicle,
-    view: &'static View,
-    level: (f64, &Pitch),
-    course: Course<impl Fn(f64) -> Demand>,
-    sampling: &Sampling<'_>,
-    law: impl FnMut(&Inputs) -> Result<LawOutput, Error>,
-) -> Result<Flight, Error> {
-    let start = Start::new(vehicle, view, level, course.initial_speed(), None, Each::default())?;
-    start.fly(course, sampling, law)
 }
 
 /// Vehicle at the start of a flight.
@@ -351,27 +299,29 @@ impl Start {
 
     fn fly(
         self,
-        course: Course<impl Fn(f64) -> Demand>,
-        &Sampling { sample_time, trims }: &Sampling<'_>,
+        (manoeuvre, spells): (&Manoeuvre, &[Spell]),
+        sample_time: f64,
+        trims: &Trim,
         mut law: impl FnMut(&Inputs) -> Result<LawOutput, Error>,
     ) -> Result<Flight, Error> {
         let Self { view, plant, origin, depth: initial_depth, conditions, mut level } = self;
-        let Course { duration, demand } = course;
+        let duration = manoeuvre.duration;
         let steps = (duration / sample_time).round() as usize;
         let mut flight = Flight { rows: Vec::with_capacity(steps + 1), surfacing: None, sea: Vec::new() };
         let signals = trims.signals();
         let mut inputs = Inputs { measured: vec![0.0; signals], references: vec![0.0; signals.min(TRACKED)] };
         let environment = |time: f64, plant: &mut Plant| {
-            let Demand { speed, above_trim, disturbance: Disturbance { current, load } } = demand(time);
+            let speed = manoeuvre.speed_reference(time);
+            let Disturbance { current, load } = Spell::sum(spells, time);
             let forward_speed = trims.forward_speed(speed);
             plant.set_load(load)?;
             plant.set_given_speed(forward_speed)?;
             if let Some(level) = &mut level {
                 plant.hold_level(level.at(speed)?);
             }
-            let mut references = above_trim;
-            for (index, value) in references.iter_mut().enumerate().take(view.interface.signals.len()) {
-                *value += trims.signal(forward_speed, index, origin);
+            let mut references = EachTracked::default();
+            for (index, (value, signal)) in references.iter_mut().zip(view.interface.signals).enumerate() {
+                *value = manoeuvre.above_trim(time, signal.name) + trims.signal(forward_speed, index, origin);
             }
             Ok((current, references))
         };
@@ -389,9 +339,8 @@ impl Start {
             for (i, command) in commands.iter().enumerate() {
                 plant.set_command(i, *command)?;
             }
-            let used = references.unwrap_or(signals.references);
             let depth = state.depth;
-            flight.rows.push(Row { time, signals, used, depth, rho, out_of_range, commands });
+            flight.rows.push(Row { time, signals, used: references, depth, rho, out_of_range, commands });
             Ok(())
         };
         flight.surfacing = Ticks { plant, conditions, sample_time, duration }.fly(environment, tick)?;

@@ -145,6 +145,13 @@ pub fn rms(rows: &[Row], index: usize) -> f64 {
     (rows.iter().map(|row| row.error(index).powi(2)).sum::<f64>() / rows.len() as f64).sqrt()
 }
 
+/// The integral of t |error|/step over evenly spaced rows that begin with a step of a height, s^2.
+pub fn itae(rows: &[Row], index: usize, height: f64) -> f64 {
+    let since = |row: &Row| row.time - rows[0].time;
+    let interval = rows.get(1).map_or(0.0, since);
+    rows.iter().map(|row| since(row) * (row.error(index) / height).abs() * interval).sum()
+}
+
 fn speed_deviation(rows: &[Row]) -> f64 {
     rows.iter().map(|r| r.error(SPEED).abs()).fold(0.0, f64::max)
 }
@@ -190,8 +197,17 @@ mod tests {
         (0..(duration / step) as u32).map(row).collect()
     }
 
-    /// A second-order system with damping ratio 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %, settles to 2 % in 8.08 s
-    /// and rises in 1.64 s.
+    /// An error of exp(-t) has an ITAE of 1, and is within 2 % after ln 50.
+    #[test]
+    fn itae_of_a_known_response() {
+        let rows = simulated(30.0, 1e-3, |time| (0.2 * (1.0 - (-time).exp()), 0.2));
+        assert!((itae(&rows, PITCH, 0.2) - 1.0).abs() < 1e-3);
+        let found = StepFigures::of(&rows, PITCH, (0.0, 0.2), &[]);
+        assert!((found.settling_time - 50f64.ln()).abs() < 2e-3 && found.overshoot == 0.0, "{found:?}");
+    }
+
+    /// A second-order system with damping 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %, settles to 2 % in 8.08 s and
+    /// rises in 1.64 s.
     #[test]
     fn metrics_of_a_second_order_response() {
         let damped = 0.75f64.sqrt();

@@ -1,7 +1,7 @@
 //! Closed-loop simulation in six degrees of freedom: one autopilot per axis.
 
 use crate::error::Error;
-use crate::flight::{Flight, Row, SeaRow, Signals, Variations, used};
+use crate::flight::{Flight, Row, SeaRow, Signals, Spell, Variations, used};
 use crate::surfacing::Surfacing;
 use crate::ticks::{Tick, Ticks};
 use squid_auv::longitudinal::SPEED;
@@ -104,7 +104,7 @@ pub fn fly_whole(
     designs: &[&ControllerDesign],
     (depth, pitch): (f64, &Pitch),
     manoeuvre: &Manoeuvre,
-    &Variations { sea, gains, off_trim, disturbance }: &Variations<'_>,
+    &Variations { sea, gains, off_trim, spells }: &Variations<'_>,
 ) -> Result<WholeFlight, Error> {
     let sample_time = designs.first().map_or(f64::NAN, |design| design.sample_time);
     if let Some(design) = designs.iter().find(|design| design.sample_time != sample_time) {
@@ -127,14 +127,14 @@ pub fn fly_whole(
         plant = plant.with_water(sea.water());
     }
     let actuators = vehicle.outputs_of_plane(&plane, &level.actuators);
-    let initial = disturbance.map(|spell| spell.at(0.0)).unwrap_or_default();
-    plant.set_current(initial.current)?;
+    let first = Spell::sum(spells, 0.0);
+    plant.set_current(first.current)?;
     plant.start(0.0, &squid_auv::Trim { actuators: actuators.clone(), ..level })?;
     let start = plant.state();
     plant.set_state(&LONGITUDINAL.displaced(start, off_trim));
     let mut states = Vec::with_capacity(ticks);
     let environment = |time: f64, plant: &mut Plant| {
-        let present = disturbance.map(|spell| spell.at(time)).unwrap_or_default();
+        let present = Spell::sum(spells, time);
         plant.set_load(present.load)?;
         if let Some(trims) = &trims {
             plant.set_given_speed(trims.forward_speed(manoeuvre.speed_reference(time)))?;

@@ -2,11 +2,11 @@
 
 use squid_design::check::sampled::trapezoidal;
 use squid_design::error::CertifyError;
-use squid_flight::flight::{Course, Demand, Row};
+use squid_flight::flight::{Row, Variations};
 use squid_lpv::matrix::Mat;
 use squid_lpv::state_space::StateSpace;
 use squid_report::error::Error;
-use squid_report::peers::law::{Law, RunningLaw, fly};
+use squid_report::peers::law::fly_instead;
 use squid_report::subject::Subject;
 
 /// Treatment of the controller states at a handover.
@@ -56,29 +56,6 @@ impl Bank {
     }
 }
 
-/// Controllers designed for single speeds; the one of the nearest speed is active.
-struct Switched<'a> {
-    speeds: &'a [f64],
-    controllers: Vec<StateSpace>,
-    handover: Handover,
-}
-
-impl Law for Switched<'_> {
-    fn frozen(&self, speed: f64) -> Option<StateSpace> {
-        self.controllers.get(nearest(self.speeds, speed)).cloned()
-    }
-
-    fn start(&self) -> Option<RunningLaw<'_>> {
-        let states = self.controllers.iter().map(|k| Mat::zeros(k.a.nrows(), 1)).collect();
-        let (controllers, handover) = (self.controllers.clone(), self.handover);
-        let mut bank = Bank { controllers, states, active: 0, handover };
-        Some(Box::new(move |speed, y, _| {
-            let y = Mat::from_column_slice(y.len(), 1, y);
-            bank.tick(nearest(self.speeds, speed), &y).as_slice().to_vec()
-        }))
-    }
-}
-
 /// Flies the design's manoeuvre, like [`squid_flight::flight::fly`], under controllers designed for the speeds of the
 /// subject.
 ///
@@ -88,9 +65,10 @@ pub fn fly_switched(subject: &Subject, bank: &[StateSpace], handover: Handover) 
     let (vehicle, manoeuvre) = (&subject.inputs.vehicle, &subject.stored.manoeuvre);
     let sampled = |k: &StateSpace| trapezoidal(k, subject.stored.controller.sample_time);
     let controllers = bank.iter().map(sampled).collect::<Result<Vec<StateSpace>, CertifyError>>()?;
-    let law = Switched { speeds: &subject.speeds, controllers, handover };
-    let course = Course { duration: manoeuvre.duration, demand: |time| Demand::of(manoeuvre, time) };
-    Ok(fly(subject, &law, vehicle, &[], course)?.rows)
+    let states = controllers.iter().map(|k| Mat::zeros(k.a.nrows(), 1)).collect();
+    let mut bank = Bank { controllers, states, active: 0, handover };
+    let law = |speed: f64, y: &Mat| bank.tick(nearest(&subject.speeds, speed), y);
+    Ok(fly_instead(subject, vehicle, manoeuvre, &Variations::default(), law)?.rows)
 }
 
 fn nearest(speeds: &[f64], v: f64) -> usize {

@@ -26,6 +26,18 @@ pub struct Pid {
     pub tracking_time: Option<f64>,
 }
 
+impl Pid {
+    /// The gains of the command of the angle, of that of speed, and of the depth.
+    pub fn gains_mut(&mut self) -> [Vec<&mut Given>; 3] {
+        let Self { turn, speed, depth, .. } = self;
+        let TurnLoop { kp, ki, kd, feedforward, .. } = turn;
+        let turn = [Some(kp), ki.as_mut(), kd.as_mut(), feedforward.as_mut()].into_iter().flatten();
+        let speed = speed.iter_mut().flat_map(|one| std::iter::once(&mut one.kp).chain(&mut one.ki));
+        let depth = depth.iter_mut().flat_map(|one| std::iter::once(&mut one.kp).chain(&mut one.ki));
+        [turn.collect(), speed.collect(), depth.collect()]
+    }
+}
+
 /// PID of an angle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TurnLoop {

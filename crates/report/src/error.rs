@@ -24,9 +24,6 @@ pub enum Error {
     /// Another design cannot fly the course of that of the report.
     #[error("{file}: {what}; designs side by side (--beside) fly the same course")]
     NotBeside { file: String, what: String },
-    /// The flights of a comparison failed.
-    #[error("{reason}")]
-    Flights { reason: String },
     /// There is no verdict.
     #[error("there is no verdict: {reason}")]
     Verdict { reason: String },

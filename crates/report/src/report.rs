@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::page::{Figure, Part, Section};
-use crate::peers::{beside::beside, peers};
+use crate::peers::peers;
 use crate::sections::{
     disturbances, envelope, fit, flown, gammas, loops, manoeuvre, mu, robust, sensitivity, steps, structure,
     theorem, verdict,
@@ -20,7 +20,7 @@ use std::time::Instant;
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
 
 /// The sections, in reading order.
-const SECTIONS: [Maker; 21] = [
+const SECTIONS: [Maker; 20] = [
     ("verdict", "Requirements and results", verdict::verdict),
     ("steps", "Step responses and actuators", steps::steps),
     ("flown", "Margins over speed", flown::flown),
@@ -39,17 +39,15 @@ const SECTIONS: [Maker; 21] = [
     ("gammas", "Gamma under each assumption about the speed", gammas::gammas),
     ("theorem", "The theorem of the certificate", theorem::theorem),
     ("peers", "Comparison with a PID and blended controllers", peers),
-    ("beside", "Side by side", beside),
     ("entries", "The model: entries of A over speed", fit::entries),
     ("responses", "The model: frequency responses", fit::responses),
 ];
 
 /// The sections on surge, heave and pitch alone.
-const OF_THE_VERTICAL_PLANE: [&str; 6] =
-    ["envelope", "disturbances", "sea", "working-sea", "peers", "beside"];
+const OF_THE_VERTICAL_PLANE: [&str; 4] = ["envelope", "disturbances", "sea", "working-sea"];
 
 /// The slowest sections, the slowest first.
-const LONGEST: [&str; 4] = ["gammas", "peers", "mu", "beside"];
+const LONGEST: [&str; 3] = ["gammas", "peers", "mu"];
 
 /// The sections of the page in the FMUs: results of `squid design`, and steps that are quickly simulated.
 const BRIEF: [&str; 4] = ["verdict", "steps", "flown", "theorem"];
@@ -88,8 +86,8 @@ pub fn report(subject: &Subject) -> Report {
         let Inputs { design, hashes, .. } = other.inputs;
         report.origin += &format!("; beside it {} with {}", design.source(), hashes.design_sha256);
     }
-    let beside = report.sections.iter().find(|section| section.id == "beside");
-    if let Some(Part::Words(scores)) = beside.and_then(|section| section.parts.last()) {
+    let flown = report.sections.iter().find(|section| section.id == "peers" && !subject.beside.is_empty());
+    if let Some(Part::Words(scores)) = flown.and_then(|section| section.parts.last()) {
         report.words += &format!("\nSide by side, in flight: {scores}\n");
     }
     report

@@ -2,7 +2,6 @@
 
 use crate::error::Error;
 use crate::page::Key;
-use crate::peers::line::Flights;
 use squid_auv::longitudinal::PITCH;
 use squid_auv::{Actuator, Status, Vehicle};
 use squid_base::progress::Progress;
@@ -86,8 +85,6 @@ pub struct Subject<'a> {
     pub brief: bool,
     /// The bounds of the section on mu, once computed, if there are bounds at every speed.
     pub mu: OnceLock<Vec<MuBounds>>,
-    /// The flights under this and other control laws, once simulated, or why they failed.
-    pub(crate) flights: OnceLock<Result<Flights, String>>,
     alone: OnceLock<Vec<Result<Design, SynthesisError>>>,
     proof: OnceLock<Result<Theorem, String>>,
     verdict: OnceLock<Result<Verdict, String>>,
@@ -159,7 +156,7 @@ impl<'a> Subject<'a> {
         let controller = controller_of(&stored.controller.lft)?;
         let speeds = inputs.design.spread(SPEEDS);
         let truth = speeds.iter().map(|v| inputs.axis().linearise(*v)).collect::<Result<_, ModelError>>()?;
-        let (mu, flights, alone, proof, verdict) = Default::default();
+        let (mu, alone, proof, verdict) = Default::default();
         Ok(Self {
             inputs,
             stored,
@@ -173,7 +170,6 @@ impl<'a> Subject<'a> {
             beside: vec![],
             brief: false,
             mu,
-            flights,
             alone,
             proof,
             verdict,
@@ -276,20 +272,26 @@ impl<'a> Subject<'a> {
         (most, &self.inputs.vehicle.actuators[most])
     }
 
+    /// The manoeuvre of the design at a constant speed (m/s) with its step from one time to another (s).
+    pub(crate) fn stepped(&self, speed: f64, (from, to): (f64, f64), duration: f64) -> Manoeuvre {
+        let step = self.step();
+        Manoeuvre {
+            speed_from: speed,
+            speed_to: speed,
+            step_time: from,
+            step_end: to,
+            duration,
+            ..self.stored.manoeuvre.with_step(step.name, step.height)
+        }
+    }
+
     /// Simulates the step of the design file on the nonlinear vehicle at a constant speed (m/s), with the stored
     /// or another controller; the step is at [`STEP_TIME`].
     ///
     /// # Errors
     /// As [`fly`].
     pub fn fly_step(&self, speed: f64, controller: &ControllerDesign) -> Result<Flight, Error> {
-        let step = Manoeuvre {
-            speed_from: speed,
-            speed_to: speed,
-            step_time: STEP_TIME,
-            step_end: f64::MAX,
-            duration: STEP_TIME + FLOWN,
-            ..self.stored.manoeuvre.with_step(self.step().name, self.step().height)
-        };
+        let step = self.stepped(speed, (STEP_TIME, f64::MAX), STEP_TIME + FLOWN);
         Ok(fly(&self.inputs.vehicle, controller, self.inputs.design.level(), &step)?)
     }
 

@@ -337,7 +337,7 @@ fn flown(axes: Axes<'_>, speed: Option<f64>, turn: f64) -> Manoeuvre {
 fn fly(axes: Axes<'_>, manoeuvre: &Manoeuvre, (current, sea): Around<'_>) -> Result<WholeFlight, Error> {
     let (inputs, _) = axes.level();
     let designs: Vec<_> = axes.all.iter().map(|(_, stored)| &stored.controller).collect();
-    let varied = Variations { sea, disturbance: Some(Spell::steady(current)), ..Variations::default() };
+    let varied = Variations { sea, spells: &[Spell::steady(current)], ..Variations::default() };
     Ok(fly_whole(&inputs.whole, &designs, inputs.design.level(), manoeuvre, &varied)?)
 }
 

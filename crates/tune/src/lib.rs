@@ -12,7 +12,7 @@
 //! direction  keys of a search that are changed together
 //! finals     the best of a search, fully evaluated and proved
 //! gain       gains of a PID, and a design file with them
-//! pid        gains of a PID for the weights of a design
+//! pid        gains of a PID for the weights of a design, or for flights
 //! required   gains of a PID that meet the requirements
 //! ```
 

@@ -4,6 +4,8 @@
 //! the smallest proved gain for any trajectory of the speed. The weights of the references in the proportional terms
 //! are gains too, as long as no gain depends on speed.
 
+pub mod in_flight;
+
 use crate::error::Error;
 use crate::gain::{TunedGain, WEIGHTS, with_gains};
 use crate::required::meeting;
@@ -124,18 +126,21 @@ fn begin(inputs: &Inputs, text: &str) -> Result<(Pid, String), Error> {
     if inputs.design.has_depth() {
         return Err(refused("a design that tracks depth needs a [controller.depth]".into()));
     }
+    let (pid, table) = first(inputs)?;
+    let text = with_section(text, &table, inputs.design.axis);
+    text.map(|text| (pid, text)).ok_or_else(|| refused("it is not a list of tables".into()))
+}
+
+/// A first PID with gains of 1, and its table in a design file.
+fn first(inputs: &Inputs) -> Result<(Pid, String), Error> {
+    let refused = |reason: String| Error::NoPid { file: inputs.design.file.clone(), reason };
     let mut reason = String::new();
     for units in [["N.m/rad", "N.m/(rad.s)", "N.m.s/rad"], ["rad/rad", "rad/(rad.s)", "rad.s/rad"]] {
-        let table = first(inputs, units);
+        let table = gains_of_one(inputs, units);
         let pid =
             squid_pid::read_file(&table, &inputs.design.file).map_err(|error| refused(error.to_string()))?;
         match structure(&inputs.vehicle.actuators, &inputs.design, &pid) {
-            Ok(_) => {
-                let text = with_section(text, &table, inputs.design.axis);
-                return text
-                    .map(|text| (pid, text))
-                    .ok_or_else(|| refused("it is not a list of tables".into()));
-            }
+            Ok(_) => return Ok((pid, table)),
             Err(error) => reason = error.to_string(),
         }
     }
@@ -164,7 +169,7 @@ fn unplace(item: &mut Item) {
 }
 
 /// A table of gains of 1.
-fn first(inputs: &Inputs, [kp, ki, kd]: [&str; 3]) -> String {
+fn gains_of_one(inputs: &Inputs, [kp, ki, kd]: [&str; 3]) -> String {
     let design = &inputs.design;
     let gain = |key: &str, unit: &str| format!("{key} = {{ value = 1.0, unit = \"{unit}\" }}\n");
     let mut out =
@@ -176,7 +181,10 @@ fn first(inputs: &Inputs, [kp, ki, kd]: [&str; 3]) -> String {
     if design.measured.iter().any(|measure| measure.signal.name == format!("{angle}_rate")) {
         out += &gain("kd", kd);
     }
-    if design.tracked.iter().any(|track| track.signal.name == "speed") {
+    if design.tracks("depth").is_some() {
+        out += &format!("\n[controller.depth]\n{}{}", gain("kp", "rad/m"), gain("ki", "rad/(m.s)"));
+    }
+    if design.tracks("speed").is_some() {
         out += &format!("\n[controller.speed]\n{}{}", gain("kp", "N.s/m"), gain("ki", "N/m"));
     }
     out
@@ -219,13 +227,8 @@ impl Tuning<'_> {
         pid.speed.iter_mut().for_each(|speed| speed.reference_weight = weights[1]);
         let signs = structure(&self.inputs.vehicle.actuators, &self.inputs.design, self.pid)?;
         let sign = |axis: usize| signs.allocations.get(axis).map_or(1.0, |allocation| allocation.sign);
-        let (pitch, speed) = (&mut pid.turn, &mut pid.speed);
-        let of_pitch =
-            [Some(&mut pitch.kp), pitch.ki.as_mut(), pitch.kd.as_mut(), pitch.feedforward.as_mut()];
-        of_pitch.into_iter().flatten().for_each(|gain| constant(gain, sign(0), degree));
-        if let Some(speed) = speed {
-            constant(&mut speed.kp, sign(1), degree);
-            speed.ki.iter_mut().for_each(|gain| constant(gain, sign(1), degree));
+        for (axis, gains) in pid.gains_mut().into_iter().take(2).enumerate() {
+            gains.into_iter().for_each(|gain| constant(gain, sign(axis), degree));
         }
         Ok(structure(&self.inputs.vehicle.actuators, &self.inputs.design, &pid)?.affine())
     }

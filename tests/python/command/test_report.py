@@ -295,34 +295,32 @@ def test_the_loop_comes_back_from_its_limits(written: Written, page: ET.Element)
 def test_the_comparison_counts_what_is_lost(page: ET.Element) -> None:
     """The PID respects the limits of its tuning, and the score is that of the rows."""
     head, *rows = rows_of(page, "peers")
-    assert head[2:4] == ["scheduled", "PID"]
+    assert head[2] == "design"
+    pid, against = head.index("PID"), head.index("against PID")
     limited = [row for row in rows if row[0] in {"peak of |S|", "commands under noise, rms (% of reach)"}]
     assert len(limited) == 6
     # Both are rounded to 0.01.
-    assert all(float(row[3]) <= float(row[2]) + 0.011 for row in limited)
-    assert {row[-1].split()[0] for row in rows if row[-1]} <= {"won", "drawn", "lost"}
-    won, drawn, lost = (sum(row[-1].startswith(w) for row in rows) for w in ("won", "drawn", "lost"))
-    assert f"wins {won} rows, draws {drawn} and loses {lost}." in words(page)
+    assert all(float(row[pid]) <= float(row[2]) + 0.011 for row in limited)
+    outcomes = [row[against] for row in rows if row[against]]
+    assert set(outcomes) <= {"won", "drawn", "lost"}
+    won, drawn, lost = (outcomes.count(one) for one in ("won", "drawn", "lost"))
+    assert f"Against PID the design wins {won} rows, draws {drawn} and loses {lost}." in words(page)
 
 
 def test_a_design_beside_flies_with_the_pid(run_squid: Run) -> None:
-    """The report's design and its PID have the figures of their comparison; all others are listed with them."""
+    """All are in one table; the PID has flights, and neither proof nor verdict."""
     page = page_with_the_paper(run_squid)
-    _, *flights = rows_of(page, "peers")
-    head, *rows = rows_of(page, "beside")
-    assert head[2:] == ["design", "proved", "PID tuned in flight", "best", "outcome"]
-    beside = {(row[0], row[1]): row[2:] for row in rows}
-    assert len(beside) == len(rows)
-    for what, at, own, pid, *_, against_pid, _ in flights:
-        found, _, flown, best, outcome = beside[what, at]
-        assert (found, flown) == (own, pid)
-        assert outcome == "lost" or against_pid != "lost"
-        assert outcome != "won" or best == "design"
-        assert outcome != "lost" or "design" not in best.split(", ")
-    assert all(row[4] == "-" for row in rows if row[0].startswith("gain proved"))
-    assert "Against the PID the design 'design' wins " in words(page)
-    sections = [section.attrib["id"] for section in page.iter(f"{XHTML}section")]
-    assert sections.index("beside") == sections.index("peers") + 1
+    head, *rows = rows_of(page, "peers")
+    laws = ["design", "proved", "PID", "blended H-infinity"]
+    assert head == ["", "m/s; required", *laws, *(f"against {law}" for law in laws[1:])]
+    assert len({(row[0], row[1]) for row in rows}) == len(rows)
+    pid = head.index("PID")
+    for name in ("gain proved", "phase margin", "pitch step: ITAE (s^2)"):
+        own = [row for row in rows if row[0] == name]
+        assert own and all((row[pid] == "-") == ("ITAE" not in name) for row in own)
+        assert all(row[2] != "-" and row[3] != "-" for row in own)
+    for law in laws[1:]:
+        assert f"Against {law} the design wins " in words(page)
 
 
 def test_the_report_follows_the_vehicle(run_squid: Run, squid_by_errors: Path, tmp_path: Path) -> None:

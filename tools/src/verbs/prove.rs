@@ -19,12 +19,9 @@ use squid_design::store::Stored;
 use squid_design::synthesise::{given, synthesise};
 use squid_design::verdict::frozen::AtSpeed;
 use squid_proof::claim::Proof;
-use squid_report::peers::law::Scheduled;
+use squid_report::peers::law::Law;
 use squid_report::peers::survival::{Survival, fleet, survival};
 use squid_report::subject::Subject;
-
-/// Number of random points of the declared uncertainty, in addition to its vertices.
-const POINTS: usize = 10;
 
 /// Proves the controller and prints the result; writes nothing.
 ///
@@ -65,18 +62,18 @@ pub fn run(options: &Prove) -> Result<(), Error> {
 /// Speed (m/s), number of vehicles, and survival of the declared uncertainty.
 type Survivals = Vec<(f64, usize, Survival)>;
 
-/// Returns the survivals at both ends and the centre of the speed range; empty without declared uncertainty or a pitch
-/// reference.
+/// Returns the survivals at both ends and the centre of the speed range; empty without declared uncertainty or a
+/// reference that steps.
 fn survivals(inputs: &Inputs, finished: &Finished) -> Result<Survivals, Error> {
-    if inputs.design.tracks("pitch").is_none() || inputs.design.has_depth() || !inputs.is_uncertain() {
+    if !inputs.is_uncertain() {
         return Ok(vec![]);
     }
     let stored = Stored::of(&finished.frozen, inputs);
     let quiet = Progress::default();
     let subject = Subject::new(inputs, &stored, &quiet)?;
     let at = |speed: f64| {
-        let fleet = fleet(&subject, speed, POINTS)?;
-        Ok((speed, fleet.len(), survival(&subject, &Scheduled(&subject), speed, &fleet)))
+        let fleet = fleet(&subject, speed)?;
+        Ok((speed, fleet.len(), survival(&subject, &Law::stored(&subject), speed, &fleet)))
     };
     inputs.design.spread(3).into_iter().map(at).collect()
 }

@@ -12,7 +12,6 @@ use squid_design::inputs::Inputs;
 use squid_design::run::Finished;
 use squid_design::store::Stored;
 use squid_report::peers::against_pid;
-use squid_report::peers::beside::check;
 use squid_report::subject::Subject;
 use squid_scheduled::DEFAULT_DESIGN;
 use squid_tune::candidate::Candidate;
@@ -120,10 +119,10 @@ fn output_name<'a>(to: Option<&'a str>, design: &'a str, created: bool) -> &'a s
 }
 
 /// Returns the next report to read: that of the initial design, compared with the new one; or that of the new one alone
-/// if it replaced the initial design, if there was none, or if the two cannot be compared.
+/// if it replaced the initial design, or if there was none.
 fn next_report(from: &Inputs, vehicle: &Path, name: &str, created: bool) -> String {
     let design = from.design.autopilot.as_str();
-    let alone = created || name == design || check(from, from).is_err();
+    let alone = created || name == design;
     let own = if alone { name } else { design };
     let design = if own == DEFAULT_DESIGN { String::new() } else { format!(" --design {own}") };
     let beside = if alone { String::new() } else { format!(" --beside {name}") };
@@ -167,13 +166,10 @@ pub fn pid(
         |reason| format!("NOT PROVED: {reason}"),
         |proof| format!("PROVED: gain below {}", squid_design::certify::claims::bound(&proof.theorem)),
     );
-    // The PID for comparison, tuned in simulations, exists for pitch only.
-    let is_of_pitch = inputs.design.tracks("pitch").is_some();
-    let comparison =
-        is_of_pitch.then(|| comparison(inputs, &tuned.text, &tuned.finished, &progress)).transpose()?;
+    let comparison = comparison(inputs, &tuned.text, &tuned.finished, &progress)?;
     let next_report = next_report(inputs, vehicle, name, created);
-    let lines = [Some(text), comparison.clone(), Some(to.display().to_string()), Some(next_report)];
-    progress.done("tuned", &lines.into_iter().flatten().collect::<Vec<_>>().join("\n"));
+    let lines = [text, comparison.clone(), to.display().to_string(), next_report];
+    progress.done("tuned", &lines.join("\n"));
     let gain =
         |gain: &TunedGain| json!({ "name": gain.name, "unit": gain.unit, "coefficients": gain.coefficients });
     answer(&json!({
@@ -346,7 +342,7 @@ fn search_end(tuned: &Tuned, vehicle: &Path, name: &str) -> String {
 mod tests {
     use super::*;
 
-    /// A depth design has no other for comparison, and neither has one that was created or replaced.
+    /// A design that was created or replaced has no other for comparison.
     #[test]
     fn suggests_a_report_that_can_be_made() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles");
@@ -355,7 +351,7 @@ mod tests {
             ("squid", "proved", "pid", false, " --design proved --beside pid"),
             ("squid", "design", "design", false, ""),
             ("remus100", "pitch", "mine", true, " --design mine"),
-            ("remus100", "design", "tuned", false, " --design tuned"),
+            ("remus100", "design", "tuned", false, " --axis depth --beside tuned"),
         ] {
             let axis = (from, vehicle) == ("design", "remus100");
             let from = Inputs::read_axis(&vehicles.join(vehicle), from, axis.then_some("depth")).unwrap();

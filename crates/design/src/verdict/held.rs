@@ -143,7 +143,7 @@ pub fn fly(
     };
     let disturbance = Disturbance { load, ..Disturbance::default() };
     let spell = Spell { disturbance, from: STEP_TIME, to: STEP_TIME + HELD, rise: RISE };
-    let variations = Variations { disturbance: Some(spell), ..Variations::default() };
+    let variations = Variations { spells: &[spell], ..Variations::default() };
     // The depth is such that no climb reaches the surface.
     let depth = inputs.design.depth + 2.0 * speed.abs() * manoeuvre.duration;
     let level = (depth, &inputs.design.pitch);

@@ -229,7 +229,7 @@ fn flown_in(
     vehicle: &Vehicle,
     manoeuvre: &Manoeuvre,
 ) -> WholeFlight {
-    let varied = Variations { sea, disturbance: Some(Spell::steady(current)), ..Variations::default() };
+    let varied = Variations { sea, spells: &[Spell::steady(current)], ..Variations::default() };
     fly_whole(vehicle, &designs, (10.0, &MADE.0.design.pitch), manoeuvre, &varied).unwrap()
 }
 

@@ -1,18 +1,18 @@
-//! The course on which laws are tuned and compared at one speed: a pitch step up and down, a gust, and a speed step.
+//! The course on which laws are tuned and compared at one speed: a step up and down of what the axis steers, a gust,
+//! and a step of the speed, unless that is given.
 
 use crate::error::Error;
-use crate::peers::law::{Law, fly};
+use crate::peers::law::Law;
 use crate::subject::Subject;
 use squid_auv::Current;
-use squid_auv::longitudinal::{PITCH, SPEED};
-use squid_auv::only;
 use squid_design::check::flown::GUST;
 use squid_flight::error::Error as FlightError;
-use squid_flight::flight::{Course, Demand, Disturbance, Row};
+use squid_flight::flight::{Disturbance, Flight, Row, Spell, Variations};
+use squid_flight::metrics::{StepFigures, itae};
+use squid_scheduled::Manoeuvre;
 
-/// The pitch step up (s).
+/// The step up, and down (s).
 const UP: f64 = 2.0;
-/// The pitch step down (s).
 const DOWN: f64 = 20.0;
 /// The gust (s).
 const GUST_AT: f64 = 34.0;
@@ -21,53 +21,8 @@ const SPEED_AT: f64 = 44.0;
 /// The end (s).
 const END: f64 = 64.0;
 
-/// The band around the new reference, relative to the step, within which a response is settled.
-const SETTLED: f64 = 0.02;
-
-/// Figures of a step response.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
-    /// The integral of t |error|/step (s^2). Source: D. Graham, R. Lathrop, Trans. AIEE 72, 1953.
-    pub itae: f64,
-    /// Overshoot relative to the step.
-    pub overshoot: f64,
-    /// Settling time, s; infinite if it does not settle within 2 %.
-    pub settling_time: f64,
-}
-
-impl Step {
-    /// The figures of a lost flight.
-    const LOST: Self = Self { itae: f64::INFINITY, overshoot: f64::INFINITY, settling_time: f64::INFINITY };
-
-    /// The figures of a window of rows that starts with the step of a reference.
-    fn of(rows: &[&Row], index: usize, step: f64) -> Self {
-        let Some(first) = rows.first() else { return Self::LOST };
-        let since = |row: &Row| row.time - first.time;
-        let left = |row: &Row| row.error(index) / step;
-        let dt = rows.get(1).map_or(0.0, |second| since(second));
-        let outside = rows.iter().rposition(|row| left(row).abs() > SETTLED);
-        Self {
-            itae: rows.iter().map(|row| since(row) * left(row).abs() * dt).sum(),
-            overshoot: rows.iter().map(|row| -left(row)).fold(0.0, f64::max),
-            settling_time: rows
-                .get(outside.map_or(0, |last| last + 1))
-                .map_or(f64::INFINITY, |row| since(row)),
-        }
-    }
-}
-
-/// Figures of a flight on the course; infinite if it was lost.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CourseFigures {
-    /// The pitch step up.
-    pub pitch: Step,
-    /// The speed step.
-    pub speed: Step,
-    /// Largest pitch error after the gust, rad.
-    pub gust: f64,
-    /// Largest command, as a fraction of the range from the trim to a limit.
-    pub effort: f64,
-}
+/// The duration of a step of the speed (s), below any sample time, and how much earlier it begins.
+const AT_ONCE: f64 = 1e-6;
 
 /// The height of the speed step (m/s) at a speed, towards the middle of the range.
 pub fn speed_step(subject: &Subject, speed: f64) -> f64 {
@@ -76,40 +31,96 @@ pub fn speed_step(subject: &Subject, speed: f64) -> f64 {
     if speed <= middle { size } else { -size }
 }
 
-/// Simulates the nominal vehicle on the course at a speed (m/s).
+/// The manoeuvre of a design at a speed (m/s) that steps at a time (s), by [`speed_step`], and nothing else.
+pub fn speed_stepped(subject: &Subject, speed: f64, at: f64, duration: f64) -> Manoeuvre {
+    Manoeuvre {
+        speed_from: speed,
+        speed_to: speed + speed_step(subject, speed),
+        ramp_start: at - 2.0 * AT_ONCE,
+        ramp_duration: AT_ONCE,
+        duration,
+        ..subject.stored.manoeuvre.without_steps()
+    }
+}
+
+/// How many times longer than for 1 rad/s a course is, for what an axis of a slower reference model steers.
+pub(crate) fn slowness(subject: &Subject) -> f64 {
+    let design = &subject.inputs.design;
+    let model = design.tracked.iter().find(|t| t.index == design.stepped()).and_then(|t| t.model);
+    model.map_or(1.0, |model| (1.0 / model.frequency).max(1.0))
+}
+
+/// ITAE (s^2), settling time (s) within 2 % and overshoot (%) of a response. Source of ITAE: D. Graham, R. Lathrop,
+/// Trans. AIEE 72, 1953.
+type Step = [f64; 3];
+
+/// The figures of a window of rows that begins with a step of a reference.
+fn step(rows: &[Row], index: usize, height: f64) -> Step {
+    let begun = rows.first().map_or(f64::NAN, |row| row.time);
+    let found = StepFigures::of(rows, index, (begun, height), &[]);
+    [itae(rows, index, height), found.settling_time, 100.0 * found.overshoot]
+}
+
+fn largest(rows: &[Row], of: impl Fn(&Row) -> f64) -> f64 {
+    rows.iter().map(of).fold(0.0, f64::max)
+}
+
+/// The water that begins to move across the path of an axis; `None` if that does not turn it.
+fn gust(subject: &Subject) -> Option<Current> {
+    let moves = |symbol: &str| subject.inputs.design.states.iter().any(|state| state.symbol == symbol);
+    match () {
+        () if moves("w") => Some(Current { vertical: GUST, ..Current::default() }),
+        () if moves("v") => Some(Current { east: GUST, ..Current::default() }),
+        () => None,
+    }
+}
+
+/// The flight of a law; `None` if it was lost.
+fn flown(law: &Law, manoeuvre: &Manoeuvre, spells: &[Spell]) -> Result<Option<Flight>, Error> {
+    let variations = Variations { spells, ..Variations::default() };
+    match law.fly(&law.subject.inputs.vehicle, manoeuvre, &variations) {
+        Ok(flight) => Ok(Some(flight).filter(|flight| flight.surfacing.is_none())),
+        Err(reason @ Error::Flight(FlightError::Trim { .. })) => Err(reason),
+        Err(_) => Ok(None),
+    }
+}
+
+/// The figures of a law at a speed (m/s) on the course of a design: those of the step up, those of the speed step, the
+/// largest error after the gust (in the unit in which the step is shown), and the largest command (% of the range from
+/// the trim to a limit). NaN of a speed that the law does not track and of a gust that does not turn the axis; infinite
+/// if the flight was lost.
 ///
 /// # Errors
-/// The errors of the trim; a flight that diverges or surfaces is not an error.
-pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<CourseFigures, Error> {
-    let pitch_step = subject.stored.manoeuvre.step("pitch");
-    let speed_step = speed_step(subject, speed);
-    let demand = |time: f64| {
-        let time = time + 1e-9;
-        Demand {
-            speed: if time < SPEED_AT { speed } else { speed + speed_step },
-            above_trim: only(PITCH, if (UP..DOWN).contains(&time) { pitch_step } else { 0.0 }),
-            disturbance: Disturbance {
-                current: Current { vertical: if time < GUST_AT { 0.0 } else { GUST }, ..Current::default() },
-                ..Disturbance::default()
-            },
-        }
+/// The errors of the trim.
+pub(crate) fn fly_at(first: &Subject, law: &Law, speed: f64) -> Result<[f64; 8], Error> {
+    let (own, scale) = (first.step(), slowness(first));
+    let tracked = law.subject.inputs.design.tracked_speed().is_some();
+    let scheduled = law.subject.inputs.design.interface.scheduled().filter(|_| tracked);
+    let [up, down, gust_at, speed_at, end] = [UP, DOWN, GUST_AT, SPEED_AT, END].map(|time| scale * time);
+    let duration = if tracked { end } else { speed_at };
+    let faster = speed_stepped(first, speed, speed_at, duration);
+    let stepped = first.stepped(speed, (up, down), duration);
+    let manoeuvre = Manoeuvre { steps: stepped.steps, step_time: up, step_end: down, ..faster };
+    let water = gust(law.subject);
+    let current = water.unwrap_or_default();
+    let spell = Spell::lasting(Disturbance { current, ..Disturbance::default() }, gust_at);
+    let rows = flown(law, &manoeuvre, &[spell])?.map(|flight| flight.rows);
+    let window = |from: f64, to: f64| {
+        let rows = rows.as_deref()?;
+        let place = |time: f64| rows.partition_point(|row| row.time + 1e-9 < time);
+        rows.get(place(from)..place(to))
     };
-    let course = Course { duration: END, demand };
-    let rows = match fly(subject, law, &subject.inputs.vehicle, &[], course) {
-        Ok(flight) if flight.surfacing.is_none() => flight.rows,
-        Ok(_) => return Ok(CourseFigures::LOST),
-        Err(reason @ Error::Flight(FlightError::Trim { .. })) => return Err(reason),
-        Err(_) => return Ok(CourseFigures::LOST),
-    };
-    let window = |from: f64, to: f64| -> Vec<&Row> {
-        rows.iter().filter(|row| (from..to).contains(&(row.time + 1e-9))).collect()
-    };
-    Ok(CourseFigures {
-        pitch: Step::of(&window(UP, DOWN), PITCH, pitch_step),
-        speed: Step::of(&window(SPEED_AT, END), SPEED, speed_step),
-        gust: window(GUST_AT, SPEED_AT).iter().map(|row| row.error(PITCH).abs()).fold(0.0, f64::max),
-        effort: rows.iter().map(|row| effort(subject, &rows[0], row)).fold(0.0, f64::max),
-    })
+    let lost = [f64::INFINITY; 3];
+    let [itae, settled, overshoot] = window(up, down).map_or(lost, |rows| step(rows, own.index, own.height));
+    let of_speed =
+        |index| window(speed_at, end + 1.0).map_or(lost, |rows| step(rows, index, speed_step(first, speed)));
+    let [speed_itae, speed_settled, speed_overshoot] = scheduled.map_or([f64::NAN; 3], of_speed);
+    let error = |row: &Row| own.factor * row.error(own.index).abs();
+    let peak = || window(gust_at, speed_at).map_or(f64::INFINITY, |rows| largest(rows, error));
+    let effort = window(0.0, end + 1.0)
+        .map_or(f64::INFINITY, |rows| 100.0 * largest(rows, |row| effort(law.subject, &rows[0], row)));
+    let gusted = water.map_or(f64::NAN, |_| peak());
+    Ok([itae, settled, overshoot, speed_itae, speed_settled, speed_overshoot, gusted, effort])
 }
 
 /// The largest change of a command from the start, relative to the range to its limit.
@@ -119,56 +130,25 @@ fn effort(subject: &Subject, start: &Row, row: &Row) -> f64 {
         .fold(0.0, f64::max)
 }
 
-impl CourseFigures {
-    /// The figures of a flight that diverged or surfaced.
-    pub const LOST: Self =
-        Self { pitch: Step::LOST, speed: Step::LOST, gust: f64::INFINITY, effort: f64::INFINITY };
-}
-
-/// Figures of the design's manoeuvre, a pitch step during a speed ramp, and the largest speed error (m/s).
-pub fn fly_ramp(subject: &Subject, law: &dyn Law) -> (Step, f64) {
-    let m = &subject.stored.manoeuvre;
-    let course = Course { duration: m.duration, demand: |time| Demand::of(m, time) };
-    let flown = fly(subject, law, &subject.inputs.vehicle, &[], course);
-    let Some(flight) = flown.ok().filter(|flight| flight.surfacing.is_none()) else {
-        return (Step::LOST, f64::INFINITY);
+/// The figures of the step of the design's manoeuvre, which is during a ramp of speed, and the largest speed error
+/// (m/s); NaN of a speed that the law does not track.
+///
+/// # Errors
+/// The errors of the trim.
+pub(crate) fn fly_ramp(first: &Subject, law: &Law) -> Result<[f64; 4], Error> {
+    let (own, manoeuvre) = (first.step(), &first.stored.manoeuvre);
+    let design = &law.subject.inputs.design;
+    let tracked = design.interface.scheduled().filter(|_| design.tracked_speed().is_some());
+    let Some(Flight { rows, .. }) = flown(law, manoeuvre, &[])? else {
+        return Ok([
+            f64::INFINITY,
+            f64::INFINITY,
+            f64::INFINITY,
+            tracked.map_or(f64::NAN, |_| f64::INFINITY),
+        ]);
     };
-    let after: Vec<&Row> = flight.rows.iter().filter(|row| row.time + 1e-9 >= m.step_time).collect();
-    let speed = flight.rows.iter().map(|row| row.error(SPEED).abs()).fold(0.0, f64::max);
-    (Step::of(&after, PITCH, m.step("pitch")), speed)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The first signals; the others are 0.
-    fn signals_of(first: [f64; 2]) -> squid_auv::Each<f64> {
-        std::array::from_fn(|place| first.get(place).copied().unwrap_or_default())
-    }
-
-    /// An error of exp(-t) has an ITAE of 1 and is within 2 % after ln 50.
-    #[test]
-    fn figures_of_a_known_response() {
-        let row = |i: u32| {
-            let time = 1e-3 * f64::from(i);
-            let signals = squid_flight::flight::Signals {
-                measured: signals_of([0.2 * (1.0 - (-time).exp()), 1.0]),
-                references: [0.2, 1.0, 0.0],
-            };
-            Row {
-                time,
-                signals,
-                used: signals.references,
-                depth: 0.0,
-                rho: 0.0,
-                out_of_range: false,
-                commands: vec![],
-            }
-        };
-        let rows: Vec<Row> = (0..30_000).map(row).collect();
-        let found = Step::of(&rows.iter().collect::<Vec<_>>(), PITCH, 0.2);
-        assert!((found.itae - 1.0).abs() < 1e-3 && found.overshoot == 0.0, "{found:?}");
-        assert!((found.settling_time - 50f64.ln()).abs() < 2e-3, "{found:?}");
-    }
+    let from = rows.partition_point(|row| row.time + 1e-9 < manoeuvre.step_time);
+    let [itae, settled, overshoot] = step(&rows[from..], own.index, own.height);
+    let off = tracked.map_or(f64::NAN, |index| largest(&rows, |row| row.error(index).abs()));
+    Ok([itae, settled, overshoot, off])
 }

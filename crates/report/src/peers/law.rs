@@ -1,161 +1,172 @@
-//! The control laws of the comparison: each takes the place of the controller, with the same sensors, filter of the
-//! speed reference, trim feedforward, sample time and limits.
+//! The control laws of the comparison: autopilots, and blended controllers with the sensors, filter of the speed
+//! reference, trim feedforward, sample time, delay and limits of one.
 
 use crate::error::Error;
 use crate::subject::Subject;
 use squid_auv::Vehicle;
-use squid_auv::longitudinal::SPEED;
+use squid_design::axis::Linearisation;
+use squid_design::certify::lft_matrices;
+use squid_design::check::flown::opened;
 use squid_design::check::sampled::trapezoidal;
-use squid_flight::flight::{Course, Demand, Flight, LawOutput, Sampling, fly_course, used};
-use squid_lpv::matrix::{Mat, block, diagonal_blocks};
+use squid_design::inputs::design_file::DesignFile;
+use squid_design::synthesise::given::{anti_windup, structure};
+use squid_flight::flight::{Flight, Variations, fly_varied, fly_with};
+use squid_lpv::controller::Controller;
+use squid_lpv::matrix::{Mat, block, diagonal_blocks, to_rows};
 use squid_lpv::state_space::StateSpace;
-use squid_scheduled::{Autopilot, Inputs};
+use squid_pid::Pid;
+use squid_scheduled::{ControllerDesign, Manoeuvre};
 use std::collections::VecDeque;
 
-/// The limits of each command minus its trim at a tick, in units of reach.
-pub type Limits<'a> = &'a [(f64, f64)];
-
-/// A running law: from the speed along the path (m/s), the controller's input y and the limits to the commands minus
-/// their trim, in units of reach.
-pub type RunningLaw<'a> = Box<dyn FnMut(f64, &[f64], Limits) -> Vec<f64> + 'a>;
-
 /// A control law.
-pub trait Law: Sync {
-    /// The sampled law from y to the commands in units of reach, frozen at a speed along the path (m/s) and away from
-    /// limits.
-    fn frozen(&self, speed: f64) -> Option<StateSpace>;
-
-    /// The law at rest, ready to run; `None` for the stored autopilot itself.
-    fn start(&self) -> Option<RunningLaw<'_>>;
+#[derive(Debug)]
+pub struct Law<'a> {
+    /// Its name in a table.
+    pub name: String,
+    /// The design whose signals it has.
+    pub subject: &'a Subject<'a>,
+    kind: Kind,
 }
 
-/// The controller of the design.
 #[derive(Debug)]
-pub struct Scheduled<'a>(pub &'a Subject<'a>);
+enum Kind {
+    /// The autopilot of a frozen controller.
+    Autopilot(Box<ControllerDesign>, Controller),
+    /// Sampled H-infinity controllers for the speeds of the subject. All run; the outputs of the two at the speeds next
+    /// to the vehicle's are interpolated linearly.
+    Blended(Vec<StateSpace>),
+}
 
-impl Law for Scheduled<'_> {
-    fn frozen(&self, speed: f64) -> Option<StateSpace> {
-        let Self(subject) = self;
-        let controller = &subject.controller;
-        let k = controller.frozen(&vec![subject.rho(speed); controller.blocks.len()]).ok()?;
-        trapezoidal(&k, subject.inputs.design.sample_time).ok()
+impl<'a> Law<'a> {
+    /// The stored controller of a design.
+    pub fn stored(subject: &'a Subject) -> Self {
+        let own = Kind::Autopilot(Box::new(subject.stored.controller.clone()), subject.controller.clone());
+        Self { name: subject.inputs.design.name.clone(), subject, kind: own }
     }
 
-    fn start(&self) -> Option<RunningLaw<'_>> {
-        None
+    /// A PID in the place of the controller of a design; `None` if it does not fit.
+    pub fn pid(subject: &'a Subject, pid: &Pid) -> Option<Self> {
+        let actuators = &subject.inputs.vehicle.actuators;
+        let file = DesignFile { controller: Some(pid.clone()), ..subject.inputs.design.clone() };
+        let controller = structure(actuators, &file, pid).ok()?.controller();
+        let frozen = ControllerDesign {
+            lft: lft_matrices(&controller),
+            anti_windup: anti_windup(actuators, &file).ok()?.map(|gain| to_rows(&gain)),
+            follow: vec![],
+            gains: vec![],
+            ..subject.stored.controller.clone()
+        };
+        Some(Self { name: "PID".into(), subject, kind: Kind::Autopilot(Box::new(frozen), controller) })
     }
-}
 
-/// H-infinity controllers for single speeds, with the weights of the design. All run; the outputs of the two at the
-/// speeds next to the vehicle's are interpolated linearly.
-#[derive(Debug)]
-pub struct Blended {
-    speeds: Vec<f64>,
-    controllers: Vec<StateSpace>,
-}
-
-impl Blended {
-    /// The controllers for the speeds of the subject; `None` if the synthesis fails at one of them.
-    pub fn new(subject: &Subject) -> Option<Self> {
+    /// H-infinity controllers for single speeds, with the weights of a design; `None` if there is none at one of them.
+    pub fn blended(subject: &'a Subject) -> Option<Self> {
         let sampled = |alone: &Result<squid_lpv::synthesis::Design, _>| {
             let k = alone.as_ref().ok()?.controller.frozen(&[]).ok()?;
             trapezoidal(&k, subject.inputs.design.sample_time).ok()
         };
         let controllers = subject.alone().iter().map(sampled).collect::<Option<_>>()?;
-        Some(Self { speeds: subject.speeds.clone(), controllers })
-    }
-}
-
-impl Law for Blended {
-    fn frozen(&self, speed: f64) -> Option<StateSpace> {
-        let (low, part) = between(&self.speeds, speed);
-        let [one, other] = [&self.controllers[low], self.controllers.get(low + 1)?];
-        Some(StateSpace {
-            a: diagonal_blocks(&[&one.a, &other.a]),
-            b: block(&[&[&one.b], &[&other.b]]),
-            c: block(&[&[&(&one.c * (1.0 - part)), &(&other.c * part)]]),
-            d: &one.d * (1.0 - part) + &other.d * part,
-        })
+        Some(Self { name: "blended H-infinity".into(), subject, kind: Kind::Blended(controllers) })
     }
 
-    fn start(&self) -> Option<RunningLaw<'_>> {
-        let mut states: Vec<Mat> = self.controllers.iter().map(|k| Mat::zeros(k.a.nrows(), 1)).collect();
-        Some(Box::new(move |speed, y, _| {
-            let y = Mat::from_column_slice(y.len(), 1, y);
-            let (low, part) = between(&self.speeds, speed);
-            let output = |i: usize| &self.controllers[i].c * &states[i] + &self.controllers[i].d * &y;
-            let u = output(low) * (1.0 - part) + output(low + 1) * part;
-            for (k, x) in self.controllers.iter().zip(&mut states) {
-                *x = &k.a * &*x + &k.b * &y;
+    /// The sampled law from y to the commands in units of reach, frozen at a speed along the path (m/s) and away from
+    /// limits.
+    pub fn frozen(&self, speed: f64) -> Option<StateSpace> {
+        match &self.kind {
+            Kind::Autopilot(_, controller) => {
+                let rho = vec![self.subject.rho(speed); controller.blocks.len()];
+                trapezoidal(&controller.frozen(&rho).ok()?, self.subject.inputs.design.sample_time).ok()
             }
-            u.as_slice().to_vec()
-        }))
+            Kind::Blended(controllers) => {
+                let (low, part) = between(&self.subject.speeds, speed);
+                let [one, other] = [&controllers[low], &controllers[low + 1]];
+                Some(StateSpace {
+                    a: diagonal_blocks(&[&one.a, &other.a]),
+                    b: block(&[&[&one.b], &[&other.b]]),
+                    c: block(&[&[&(&one.c * (1.0 - part)), &(&other.c * part)]]),
+                    d: &one.d * (1.0 - part) + &other.d * part,
+                })
+            }
+        }
+    }
+
+    /// The largest |S| at all openings of the loop, the largest rms command under sensor noise relative to its reach,
+    /// and the delay margin \[s\] of all commands at once, at the speed of a trim; `None` if the loop is unstable.
+    pub fn at(&self, l: &Linearisation) -> Option<[f64; 3]> {
+        let sampling = self.subject.sampling();
+        let system = sampling.held(l).injected(&self.frozen(l.trim.speed)?);
+        let (opened, rms) = opened(&sampling, &system)?;
+        let relative = rms.iter().zip(sampling.actuators).map(|(rms, a)| rms / a.reach());
+        let (from, m) = (sampling.design.fed_back().len(), sampling.actuators.len());
+        let rough = relative.fold(0.0, f64::max);
+        Some([opened.peak_of_sensitivity(), rough, opened.common_delay(from..from + m)])
+    }
+
+    /// Simulates a vehicle under this law.
+    ///
+    /// # Errors
+    /// As [`fly_varied`].
+    pub fn fly(
+        &self,
+        vehicle: &Vehicle,
+        manoeuvre: &Manoeuvre,
+        variations: &Variations,
+    ) -> Result<Flight, Error> {
+        match &self.kind {
+            Kind::Autopilot(design, _) => {
+                let level = self.subject.inputs.design.level();
+                Ok(fly_varied(vehicle, design, level, manoeuvre, variations)?)
+            }
+            Kind::Blended(controllers) => {
+                let mut states: Vec<Mat> = controllers.iter().map(|k| Mat::zeros(k.a.nrows(), 1)).collect();
+                fly_instead(self.subject, vehicle, manoeuvre, variations, |speed, y| {
+                    let (low, part) = between(&self.subject.speeds, speed);
+                    let output = |i: usize| &controllers[i].c * &states[i] + &controllers[i].d * y;
+                    let u = output(low) * (1.0 - part) + output(low + 1) * part;
+                    for (k, x) in controllers.iter().zip(&mut states) {
+                        *x = &k.a * &*x + &k.b * y;
+                    }
+                    u
+                })
+            }
+        }
     }
 }
 
 /// The index of the interval of two or more increasing speeds that contains a speed, and the fraction of it; clamped
 /// at the ends.
-pub fn between(speeds: &[f64], speed: f64) -> (usize, f64) {
+fn between(speeds: &[f64], speed: f64) -> (usize, f64) {
     let low = speeds.iter().rposition(|v| *v <= speed).unwrap_or(0).min(speeds.len() - 2);
     (low, ((speed - speeds[low]) / (speeds[low + 1] - speeds[low])).clamp(0.0, 1.0))
 }
 
-/// Simulates a vehicle on a course under a law. `gains` are the ratios of output to command of its actuators, 1 if left
-/// out. The trims are those of the nominal vehicle.
+/// Simulates a vehicle under a law in the place of the stored controller: from the speed along the path (m/s) and the
+/// controller's input y to the commands minus their trim, in units of reach.
 ///
 /// # Errors
-/// As [`fly_course`].
-pub fn fly(
+/// As [`fly_with`].
+pub fn fly_instead(
     subject: &Subject,
-    law: &dyn Law,
     vehicle: &Vehicle,
-    gains: &[f64],
-    course: Course<impl Fn(f64) -> Demand>,
+    manoeuvre: &Manoeuvre,
+    variations: &Variations,
+    mut law: impl FnMut(f64, &Mat) -> Mat,
 ) -> Result<Flight, Error> {
     let design = &subject.stored.controller;
-    // The stored autopilot runs in parallel: it gives the controller's input and the trim.
-    let mut autopilot = Autopilot::new(design)?;
-    let table = autopilot.trim().clone();
-    let mut running = law.start();
     // Commands are delayed as those of the autopilot; the first ones hold before.
     let mut waiting: VecDeque<Vec<f64>> = VecDeque::new();
-    let mut started = false;
-    let tick = |measured: &Inputs| {
-        if !std::mem::replace(&mut started, true) {
-            autopilot.initialise(0.0, measured)?;
-        }
-        let filtered = autopilot.filtered_speed();
-        autopilot.tick(measured)?;
-        let level = design.reference_filter.map_or(measured.references[SPEED], |_| filtered);
-        let mut commands = autopilot.outputs().commands.clone();
-        if let Some(running) = &mut running {
-            let trims: Vec<f64> = (0..commands.len()).map(|j| table.command(level, j)).collect();
-            let actuators = || design.actuators.iter().zip(&trims);
-            let limits: Vec<(f64, f64)> =
-                actuators().map(|(a, t)| ((a.minimum - t) / a.scale, (a.maximum - t) / a.scale)).collect();
-            let speed = table.speed(measured.measured[SPEED]);
-            let u = running(speed, autopilot.controller_inputs(), &limits);
-            let computed: Vec<f64> =
-                actuators().zip(u).map(|((a, t), u)| (t + a.scale * u).clamp(a.minimum, a.maximum)).collect();
-            waiting.resize(design.delay_ticks.max(waiting.len()), computed.clone());
-            waiting.push_back(computed);
-            commands = waiting.pop_front().unwrap_or(commands);
-        }
-        commands.iter_mut().zip(gains).for_each(|(command, gain)| *command *= gain);
-        let outputs = autopilot.outputs();
-        let (rho, out_of_range) = (outputs.scheduling_parameter, outputs.out_of_range);
-        let references = Some(used(&autopilot));
-        Ok(LawOutput { commands, references, rho, out_of_range })
-    };
-    let sampling = Sampling { sample_time: design.sample_time, trims: &table };
-    Ok(fly_course(
-        vehicle,
-        subject.inputs.design.view(),
-        subject.inputs.design.level(),
-        course,
-        &sampling,
-        tick,
-    )?)
+    let level = subject.inputs.design.level();
+    Ok(fly_with(vehicle, design, level, manoeuvre, variations, |autopilot, inputs, trimmed_at| {
+        let (trims, y) = (autopilot.trim(), autopilot.controller_inputs());
+        let u = law(trims.speed(autopilot.speed(inputs)), &Mat::from_column_slice(y.len(), 1, y));
+        let command = |(j, a): (usize, &squid_scheduled::Actuator)| {
+            (trims.command(trimmed_at, j) + a.scale * u[j]).clamp(a.minimum, a.maximum)
+        };
+        let computed: Vec<f64> = design.actuators.iter().enumerate().map(command).collect();
+        waiting.resize(design.delay_ticks.max(waiting.len()), computed.clone());
+        waiting.push_back(computed);
+        waiting.pop_front().unwrap_or_default()
+    })?)
 }
 
 #[cfg(test)]

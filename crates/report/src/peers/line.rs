@@ -3,14 +3,11 @@
 /// Figures with a smaller difference, relative to the larger, are a draw.
 pub(crate) const DRAW: f64 = 0.02;
 
-/// The names of the control laws compared and the rows, or, in words, why there is no comparison.
-pub type Flights = Result<(Vec<&'static str>, Vec<Line>), String>;
-
 /// A figure at a speed for each law; smaller is better unless `largest`. NaN where a law has no such figure.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub(crate) struct Line {
     /// The figure, with its unit.
-    pub name: &'static str,
+    pub name: String,
     /// The speed (m/s), or the course.
     pub at: String,
     /// Decimals that are shown.
@@ -26,50 +23,38 @@ pub struct Line {
 }
 
 /// The outcomes of a row.
-pub(crate) const WON: &str = "won";
-pub(crate) const DRAWN: &str = "drawn";
-pub(crate) const LOST: &str = "lost";
+const WON: &str = "won";
+const DRAWN: &str = "drawn";
+const LOST: &str = "lost";
 
 impl Line {
-    /// A compared figure; the smallest is best.
-    pub fn new(name: &'static str, at: &str, decimals: usize, slight: f64, values: Vec<f64>) -> Self {
-        Self { name, at: at.into(), decimals, slight, largest: false, reported: false, values }
+    /// A compared figure without values; the smallest is best.
+    pub fn new(name: impl Into<String>, decimals: usize, slight: f64) -> Self {
+        let (name, at, values) = (name.into(), String::new(), vec![]);
+        Self { name, at, decimals, slight, largest: false, reported: false, values }
     }
 
-    /// Whether it is a figure of the speed, which not every design tracks.
-    pub fn is_of_speed(&self) -> bool {
-        self.name.starts_with("speed step") || self.name.starts_with("largest speed error")
-    }
-
-    /// The values as text.
-    pub fn cells(&self) -> impl Iterator<Item = String> {
-        self.values.iter().map(|v| match v {
-            v if v.is_nan() => "-".into(),
-            v if v.is_finite() => format!("{v:.*}", self.decimals),
-            _ => "none".into(),
-        })
+    /// Figures at a speed or on a course, with the values of each law in the order of the figures.
+    pub fn filled(figures: &[Self], at: &str, laws: &[Vec<f64>]) -> Vec<Self> {
+        let values = |i: usize| laws.iter().map(|law| law[i]).collect();
+        let each = figures.iter().enumerate();
+        each.map(|(i, figure)| Self { at: at.into(), values: values(i), ..figure.clone() }).collect()
     }
 
     /// Name, speed, values, and the outcome against each law but the first.
     pub fn row(&self) -> Vec<String> {
+        let cells = self.values.iter().map(|v| match v {
+            v if v.is_nan() => "-".into(),
+            v if v.is_finite() => format!("{v:.*}", self.decimals),
+            _ => "none".into(),
+        });
         let outcomes = (1..self.values.len()).map(|i| self.outcome(i).to_owned());
-        [self.name.to_owned(), self.at.clone()].into_iter().chain(self.cells()).chain(outcomes).collect()
+        [self.name.clone(), self.at.clone()].into_iter().chain(cells).chain(outcomes).collect()
     }
 
     /// The outcome of the first law against another; empty if the two are not compared.
-    pub fn outcome(&self, other: usize) -> &'static str {
-        self.against(self.values[0], self.values[other])
-    }
-
-    /// The places of the best figure and of those that are drawn with it.
-    pub fn best(&self) -> Vec<usize> {
-        let all = || 0..self.values.len();
-        let worse = |i: &usize| all().any(|other| self.against(self.values[*i], self.values[other]) == LOST);
-        all().filter(|i| self.against(self.values[*i], self.values[*i]) == DRAWN && !worse(i)).collect()
-    }
-
-    /// The outcome of one figure against another.
-    fn against(&self, ours: f64, other: f64) -> &'static str {
+    fn outcome(&self, other: usize) -> &'static str {
+        let (ours, other) = (self.values[0], self.values[other]);
         let gain = if self.largest { ours - other } else { other - ours };
         let tolerance = self.slight.max(DRAW * ours.abs().max(other.abs()));
         match gain {
@@ -81,11 +66,11 @@ impl Line {
     }
 }
 
-/// How many rows the first law wins, draws and loses against another, in words.
-pub(crate) fn score(lines: &[Line], other: usize, against: &str, ours: &str) -> String {
+/// How many rows the design wins, draws and loses against another law, in words.
+pub(crate) fn score(lines: &[Line], other: usize, against: &str) -> String {
     let count = |outcome: &str| lines.iter().filter(|line| line.outcome(other) == outcome).count();
     let [won, drawn, lost] = [WON, DRAWN, LOST].map(count);
-    format!("Against {against} {ours} wins {won} rows, draws {drawn} and loses {lost}.")
+    format!("Against {against} the design wins {won} rows, draws {drawn} and loses {lost}.")
 }
 
 #[cfg(test)]
@@ -106,19 +91,8 @@ mod tests {
             (1.0, f64::NAN, false, ""),
             (f64::NAN, 1.0, false, ""),
         ] {
-            let line = Line { largest, ..Line::new("", "", 1, 0.5, vec![ours, other]) };
+            let line = Line { largest, values: vec![ours, other], ..Line::new("", 1, 0.5) };
             assert_eq!(line.outcome(1), expected, "{ours} {other}");
         }
-    }
-
-    #[test]
-    fn the_best_and_what_is_drawn_with_it() {
-        let best = |values: &[f64]| Line::new("", "", 1, 0.0, values.to_vec()).best();
-        assert_eq!(best(&[3.0, 1.0, 2.0, 1.01]), [1, 3]);
-        assert_eq!(best(&[f64::NAN, 2.0, f64::INFINITY]), [1]);
-        assert_eq!(Line { largest: true, ..Line::new("", "", 1, 0.0, vec![3.0, 1.0]) }.best(), [0]);
-        // Where drawn is not passed on: 1.015 is drawn with both, and the first is not beaten by it.
-        assert_eq!(best(&[1.0, 1.015, 1.03]), [0, 1]);
-        assert!(Line { reported: true, ..Line::new("", "", 1, 0.0, vec![3.0, 1.0]) }.best().is_empty());
     }
 }

@@ -5,19 +5,18 @@ pub(crate) mod working_sea;
 
 use crate::error::Error;
 use crate::page::{Axis, Chart, Curve, Figure, Part, capital};
-use crate::peers::law::{Scheduled, fly};
 use crate::sections::steps;
 use crate::subject::{SHOWN, STEP_TIME, Subject};
 use nalgebra::Complex;
 use squid_auv::Current;
-use squid_auv::EachTracked;
 use squid_design::axis::Linearisation;
 use squid_design::check::flown::GUST;
 use squid_design::check::sampled::trapezoidal;
 use squid_design::numbers::readable;
-use squid_flight::flight::{Course, Demand, Disturbance, Flight};
+use squid_flight::flight::{Disturbance, Flight, Spell, Variations, fly_varied};
 use squid_lpv::matrix::largest_complex_singular_value;
 use squid_lpv::state_space::StateSpace;
+use squid_scheduled::Manoeuvre;
 use squid_signals::Signal;
 use std::f64::consts::PI;
 
@@ -30,7 +29,7 @@ const IN_A_DECADE: i32 = 40;
 /// The section on a step of the current, and on noise.
 ///
 /// # Errors
-/// As [`fly`], and the errors of freezing and sampling the controller.
+/// As [`fly_varied`], and the errors of freezing and sampling the controller.
 pub fn disturbances(subject: &Subject) -> Result<Vec<Part>, Error> {
     let flown =
         subject.speeds.iter().map(|v| in_current(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
@@ -48,20 +47,16 @@ pub fn disturbances(subject: &Subject) -> Result<Vec<Part>, Error> {
 }
 
 fn in_current(subject: &Subject, speed: f64) -> Result<Flight, Error> {
-    let moves = |time: f64, from: f64| if time + 1e-9 < from { 0.0 } else { GUST };
-    let demand = |time: f64| Demand {
-        speed,
-        above_trim: EachTracked::default(),
-        disturbance: Disturbance {
-            current: Current {
-                horizontal: moves(time, FORWARD_TIME),
-                vertical: moves(time, STEP_TIME),
-                ..Current::default()
-            },
-            ..Disturbance::default()
-        },
-    };
-    fly(subject, &Scheduled(subject), &subject.inputs.vehicle, &[], Course { duration: SHOWN, demand })
+    let begins =
+        |current: Current, at: f64| Spell::lasting(Disturbance { current, ..Disturbance::default() }, at);
+    let down = begins(Current { vertical: GUST, ..Current::default() }, STEP_TIME);
+    let forward = begins(Current { horizontal: GUST, ..Current::default() }, FORWARD_TIME);
+    let variations = Variations { spells: &[down, forward], ..Variations::default() };
+    let (inputs, manoeuvre) = (subject.inputs, &subject.stored.manoeuvre);
+    let level =
+        Manoeuvre { speed_from: speed, speed_to: speed, duration: SHOWN, ..manoeuvre.without_steps() };
+    let (vehicle, controller) = (&inputs.vehicle, &subject.stored.controller);
+    Ok(fly_varied(vehicle, controller, inputs.design.level(), &level, &variations)?)
 }
 
 /// The commands due to the noise of each sensor, relative to their reach, over frequency.

@@ -5,14 +5,12 @@ pub mod limits;
 
 use crate::error::Error;
 use crate::page::{Axis, Chart, Curve, Figure, Key, Part, extent};
-use crate::peers::course::speed_step;
-use crate::peers::law::{Scheduled, fly};
+use crate::peers::course::{speed_step, speed_stepped};
 use crate::sections::envelope::Envelope;
 use crate::subject::{FLOWN, STEP_TIME, Subject, shown};
-use squid_auv::EachTracked;
 use squid_auv::longitudinal::SPEED;
 use squid_design::numbers::readable;
-use squid_flight::flight::{Course, Demand, Disturbance, Flight, Row};
+use squid_flight::flight::{Flight, Row, fly};
 
 /// The section on steps of each reference.
 ///
@@ -68,13 +66,9 @@ fn ends(subject: &Subject, flown: &[Flight], what: &str) -> String {
 
 /// A step of the speed reference at [`STEP_TIME`].
 fn step_speed(subject: &Subject, speed: f64) -> Result<Flight, Error> {
-    let step = speed_step(subject, speed);
-    let demand = |time: f64| Demand {
-        speed: if time + 1e-9 < STEP_TIME { speed } else { speed + step },
-        above_trim: EachTracked::default(),
-        disturbance: Disturbance::default(),
-    };
-    fly(subject, &Scheduled(subject), &subject.inputs.vehicle, &[], Course { duration: FLOWN, demand })
+    let manoeuvre = speed_stepped(subject, speed, STEP_TIME, FLOWN);
+    let (inputs, controller) = (subject.inputs, &subject.stored.controller);
+    Ok(fly(&inputs.vehicle, controller, inputs.design.level(), &manoeuvre)?)
 }
 
 /// The smallest range of the axes of pitch (deg) or depth (m), and of speed (m/s); smaller motion is negligible.
