@@ -57,7 +57,7 @@ fn check_root(description: &ModelDescription, found: &mut Vec<Problem>) {
     }
 }
 
-/// Names are identifiers; descriptions are free text.
+/// Checks the characters of a free text.
 fn check_text(place: &str, text: &str, found: &mut Vec<Problem>) {
     let bad = |c: &char| matches!(c, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}');
     if let Some(character) = text.chars().find(bad) {
@@ -70,7 +70,7 @@ fn is_identifier(text: &str) -> bool {
         && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-/// The structured naming of section 2.2.9: identifiers with dots between them, or `der(...)` of such a name.
+/// Returns `true` for a structured name of section 2.2.9: identifiers separated by dots, or `der(...)` of such a name.
 fn is_structured(name: &str) -> bool {
     let inner = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')'));
     inner.unwrap_or(name).split('.').all(is_identifier)
@@ -165,7 +165,7 @@ fn check_dependencies(description: &ModelDescription, variable: &ScalarVariable,
     }
 }
 
-/// A derivative and its state are continuous Reals, and no state has two of them.
+/// Checks that a derivative and its state are continuous Reals, and that no state has two derivatives.
 fn check_derivative(description: &ModelDescription, variable: &ScalarVariable, found: &mut Vec<Problem>) {
     let Some(state) = &variable.derivative_of else { return };
     let continuous = |one: &ScalarVariable| {
@@ -180,7 +180,7 @@ fn check_derivative(description: &ModelDescription, variable: &ScalarVariable, f
     }
 }
 
-/// Every dependency is on a known of its list in `ModelStructure`.
+/// Checks that every dependency is on a known of its list in `ModelStructure`.
 fn check_structure(description: &ModelDescription, found: &mut Vec<Problem>) {
     let structure = description.structure();
     let states: BTreeSet<&String> =
@@ -194,8 +194,8 @@ fn check_structure(description: &ModelDescription, found: &mut Vec<Problem>) {
             let name = || description.variables[unknown.index - 1].name.clone();
             for &(index, _) in unknown.dependencies.iter().flatten() {
                 let on = &description.variables[index - 1];
-                // Knowns at an instant are inputs and states (section 2.2.8), of the initialisation inputs and
-                // variables with a start value.
+                // Knowns are inputs and states (section 2.2.8); at initialisation, inputs and variables with an exact
+                // start value.
                 let known =
                     if initial { on.initial() == Some(Initial::Exact) } else { states.contains(&on.name) };
                 if !known && on.causality != Causality::Input {

@@ -1,15 +1,15 @@
-//! The root element `fmiModelDescription` and its small parts (section 2.2.1).
+//! Root element `fmiModelDescription` and its small parts (section 2.2.1).
 
 use crate::{Enumeration, ScalarVariable, Unit};
 
-/// The content of `modelDescription.xml` but its GUID, for co-simulation and optionally model exchange.
+/// Content of `modelDescription.xml` except its GUID, for co-simulation and optionally model exchange.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelDescription {
-    /// Name of the model, to display.
+    /// Displayed name of the model.
     pub model_name: String,
     /// Short C identifier: file name of the binary, and name of the FMU.
     pub model_identifier: String,
-    /// What the model is, in a sentence.
+    /// Description of the model in one sentence.
     pub description: String,
     /// Author of the model.
     pub author: String,
@@ -21,24 +21,24 @@ pub struct ModelDescription {
     pub license: String,
     /// Tool that wrote the XML.
     pub generation_tool: String,
-    /// Whether the FMU supports model exchange, too.
+    /// `true` if the FMU also supports model exchange.
     pub model_exchange: bool,
-    /// Capabilities of the binary in both.
+    /// Capabilities of the binary in both interfaces.
     pub capabilities: Capabilities,
     /// Capabilities of the binary in co-simulation.
     pub co_simulation: CoSimulation,
-    /// Enumerated types that the variables refer to.
+    /// Enumerated types of the variables.
     pub enumerations: Vec<Enumeration>,
-    /// Categories that the logger uses.
+    /// Categories of log messages.
     pub log_categories: Vec<LogCategory>,
     /// Default start, stop, tolerance and step.
     pub default_experiment: DefaultExperiment,
-    /// The variables, in the order of the XML.
+    /// Variables, in the order of the XML.
     pub variables: Vec<ScalarVariable>,
 }
 
 impl ModelDescription {
-    /// Units of the Real variables, each once, sorted by name.
+    /// Returns the units of the Real variables, each once, sorted by name.
     ///
     /// A unit that cannot be read is omitted here and reported by [`check`](Self::check).
     pub fn units(&self) -> Vec<Unit> {
@@ -48,44 +48,44 @@ impl ModelDescription {
         names.into_iter().filter_map(|name| Unit::parse(name).ok()).collect()
     }
 
-    /// Index of a variable counted from zero.
+    /// Returns the index of a variable, from 0.
     pub fn position(&self, name: &str) -> Option<usize> {
         self.variables.iter().position(|variable| variable.name == name)
     }
 }
 
-/// Which of the interfaces that a model has its FMU offers; some importers take only FMUs with one.
+/// Interfaces of a model that its FMU offers; some importers accept only FMUs with one interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Interfaces {
-    /// All of them.
+    /// All interfaces of the model.
     #[default]
     All,
-    /// Co-simulation alone.
+    /// Co-simulation only.
     CoSimulation,
-    /// Model exchange alone.
+    /// Model exchange only.
     ModelExchange,
 }
 
 /// Capability flags of the element `CoSimulation` (section 4.3.1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct CoSimulation {
-    /// The communication step may differ from step to step.
+    /// `true` if the communication step size may vary.
     pub can_handle_variable_communication_step_size: bool,
-    /// `fmi2SetRealInputDerivatives` is supported.
+    /// `true` if `fmi2SetRealInputDerivatives` is supported.
     pub can_interpolate_inputs: bool,
     /// Highest order of `fmi2GetRealOutputDerivatives`.
     pub max_output_derivative_order: u32,
 }
 
-/// Capability flags that the elements `ModelExchange` and `CoSimulation` share (sections 3.3.1 and 4.3.1); the memory
-/// callbacks are never used, and any number of instances may live in one process.
+/// Capability flags common to the elements `ModelExchange` and `CoSimulation` (sections 3.3.1 and 4.3.1); the memory
+/// callbacks are never used, and a process may contain any number of instances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Capabilities {
-    /// `fmi2GetFMUstate` and `fmi2SetFMUstate` work.
+    /// `true` if `fmi2GetFMUstate` and `fmi2SetFMUstate` are supported.
     pub can_get_and_set_fmu_state: bool,
-    /// The state can be turned into bytes and back.
+    /// `true` if the state can be serialised and deserialised.
     pub can_serialize_fmu_state: bool,
-    /// `fmi2GetDirectionalDerivative` works.
+    /// `true` if `fmi2GetDirectionalDerivative` is supported.
     pub provides_directional_derivative: bool,
 }
 
@@ -98,20 +98,20 @@ pub struct DefaultExperiment {
     pub stop_time: f64,
     /// Communication step in s.
     pub step_size: f64,
-    /// Relative tolerance, where the model integrates with one.
+    /// Relative tolerance, if the model integrates with one.
     pub tolerance: Option<f64>,
 }
 
-/// One category of log messages (section 2.2.4).
+/// Category of log messages (section 2.2.4).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LogCategory {
-    /// Name that `fmi2SetDebugLogging` uses.
+    /// Name for `fmi2SetDebugLogging`.
     pub name: String,
-    /// What is logged there.
+    /// Description of the logged messages.
     pub description: String,
 }
 
-/// The C identifier nearest to a name: lower-case letters, digits, and `_` for anything else.
+/// Converts a name to a C identifier: lower-case letters, digits, and `_` for anything else.
 ///
 /// ```
 /// assert_eq!(squid_model_description::identifier("REMUS 100 (2001)"), "remus_100_2001");

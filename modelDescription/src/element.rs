@@ -5,16 +5,16 @@ use std::io;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 
-/// A document under way.
+/// Writer of a document.
 pub type Xml = Writer<Vec<u8>>;
 
-/// No attributes.
+/// Empty list of attributes.
 pub const NONE: &[(&str, &str)] = &[];
 
-/// A whole document.
+/// Writes a document.
 ///
 /// # Errors
-/// Those of `body` and of the writer.
+/// Errors of `body` and of the writer.
 pub fn document(body: impl FnOnce(&mut Xml) -> io::Result<()>) -> io::Result<Vec<u8>> {
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
@@ -24,19 +24,19 @@ pub fn document(body: impl FnOnce(&mut Xml) -> io::Result<()>) -> io::Result<Vec
     Ok(bytes)
 }
 
-/// An element without content.
+/// Writes an element without content.
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub fn leaf(xml: &mut Xml, element: &str, attributes: &[(&str, impl AsRef<str>)]) -> io::Result<()> {
     let attributes = attributes.iter().map(|(name, value)| (*name, value.as_ref()));
     xml.create_element(element).with_attributes(attributes).write_empty().map(|_| ())
 }
 
-/// An element with content.
+/// Writes an element with content.
 ///
 /// # Errors
-/// Those of `content` and of the writer.
+/// Errors of `content` and of the writer.
 pub fn parent(
     xml: &mut Xml,
     element: &str,
@@ -47,7 +47,7 @@ pub fn parent(
     xml.create_element(element).with_attributes(attributes).write_inner_content(content).map(|_| ())
 }
 
-/// The shortest decimal that reads back to the same number.
+/// Returns the shortest decimal that reads back to the same number.
 pub(crate) fn number(value: f64) -> String {
     format!("{value:?}")
 }

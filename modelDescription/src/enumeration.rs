@@ -1,27 +1,27 @@
 //! Enumerated types (section 2.2.3).
 
-/// A named list of choices, numbered from 1.
+/// Named list of choices, numbered from 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Enumeration {
-    /// Name that the variables refer to.
+    /// Name of the type in the variables.
     pub name: String,
-    /// What the choice decides.
+    /// Meaning of the choice.
     pub description: String,
-    /// The choices; the first one has value 1.
+    /// Items; the first has the value 1.
     pub items: Vec<Item>,
 }
 
-/// One choice of an [`Enumeration`].
+/// Item of an [`Enumeration`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Item {
     /// Short name.
     pub name: String,
-    /// What the choice means.
+    /// Meaning of the item.
     pub description: String,
 }
 
 impl Enumeration {
-    /// An enumeration of `(name, description)` pairs.
+    /// Creates an enumeration of `(name, description)` pairs.
     pub fn new(name: &str, description: &str, items: &[(&str, &str)]) -> Self {
         let item = |&(name, description): &(&str, &str)| Item {
             name: name.to_owned(),

@@ -1,22 +1,22 @@
-//! The GUID that ties description, resources and binary together.
+//! GUID over description and resources, which the binary checks.
 
 use sha2::{Digest, Sha256};
 
 use crate::ModelDescription;
 
-/// GUID `{8-4-4-4-12}` from SHA-256 over a description, then name and bytes of each resource.
+/// Returns the GUID `{8-4-4-4-12}` from SHA-256 over a description, then name and bytes of each resource.
 ///
-/// The hash runs over `len(text) text` of what `{:?}` prints of the description, every field of it, then for each
-/// resource `len(name) name len(bytes) bytes`, lengths as 64-bit little-endian numbers; its first 128 bits become the
-/// GUID. Resources must come sorted by name.
+/// The hash is computed over `len(text) text`, with the `{:?}` text of the description with all its fields, then over
+/// `len(name) name len(bytes) bytes` for each resource, with lengths as 64-bit little-endian numbers; its first 128
+/// bits are the GUID. Resources must be sorted by name.
 pub fn guid<'a>(
     description: &ModelDescription,
     resources: impl IntoIterator<Item = (&'a str, &'a [u8])>,
 ) -> String {
-    of_text(&format!("{description:?}"), resources)
+    guid_of_text(&format!("{description:?}"), resources)
 }
 
-fn of_text<'a>(text: &str, resources: impl IntoIterator<Item = (&'a str, &'a [u8])>) -> String {
+fn guid_of_text<'a>(text: &str, resources: impl IntoIterator<Item = (&'a str, &'a [u8])>) -> String {
     let mut hash = Sha256::new();
     let mut add = |bytes: &[u8]| {
         hash.update((bytes.len() as u64).to_le_bytes());
@@ -37,20 +37,20 @@ mod tests {
 
     #[test]
     fn has_the_registry_form() {
-        let guid = of_text("", []);
-        // SHA-256 of eight zero bytes.
+        let guid = guid_of_text("", []);
+        // The expected value is the SHA-256 of eight zero bytes.
         assert_eq!(guid, "{af5570f5-a181-0b7a-f78c-af4bc70a660f}");
     }
 
     #[test]
     fn changes_with_every_part() {
-        let of = |xml, name, bytes: &'static [u8]| of_text(xml, [(name, bytes)]);
+        let guid_of = |xml, name, bytes: &'static [u8]| guid_of_text(xml, [(name, bytes)]);
         let all = [
-            of("x", "n", b"b"),
-            of("y", "n", b"b"),
-            of("x", "m", b"b"),
-            of("x", "n", b"c"),
-            of("x", "nb", b""),
+            guid_of("x", "n", b"b"),
+            guid_of("y", "n", b"b"),
+            guid_of("x", "m", b"b"),
+            guid_of("x", "n", b"c"),
+            guid_of("x", "nb", b""),
         ];
         for (position, one) in all.iter().enumerate() {
             assert!(!all[position + 1..].contains(one));

@@ -1,4 +1,4 @@
-//! The FMI 2.0 model description, typed:
+//! Typed FMI 2.0 model description:
 //!
 //! ```text
 //! variables, units, capabilities -> GUID -> check -> XML
@@ -7,8 +7,8 @@
 //! The standard is the Functional Mock-up Interface for Model Exchange and Co-Simulation,
 //! version 2.0.4 (Modelica Association, 2022); section numbers in this crate refer to it.
 //!
-//! What the XML repeats is derived here, so that it cannot contradict itself: unit definitions and declared
-//! types follow from units and ranges of the variables, and `ModelStructure` from their causality and dependencies.
+//! Redundant parts of the XML are derived, so that they are consistent: unit definitions and declared types follow from
+//! units and ranges of the variables, and `ModelStructure` from their causality and dependencies.
 
 mod check;
 mod description;

@@ -1,70 +1,70 @@
-//! Violations of the standard that the schema cannot express and validators miss.
+//! Violations of the standard that the schema cannot express and validators do not detect.
 
 use crate::UnitError;
 
-/// One violated rule of the standard.
+/// Violated rule of the standard.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Problem {
-    /// A text contains a character that XML 1.0 (section 2.2) cannot represent.
+    /// Text with a character that XML 1.0 (section 2.2) cannot represent.
     #[error("the text of '{place}' holds the character U+{:04X}, which XML cannot", u32::from(*character))]
     BadCharacter { place: String, character: char },
-    /// Two variables of the same name.
+    /// Two variables with the same name.
     #[error("two variables are called '{name}'")]
     DuplicateName { name: String },
     /// Two variables with the same handle.
     #[error("variable '{name}' has value reference {value_reference}, which another variable has already")]
     DuplicateValueReference { name: String, value_reference: u32 },
-    /// A name that is not made of identifiers with dots between them.
+    /// Name that does not consist of identifiers separated by dots.
     #[error("variable name {name:?} is not made of identifiers with dots between them")]
     BadName { name: String },
-    /// A model identifier that is not a C identifier.
+    /// Model identifier that is not a C identifier.
     #[error("model identifier '{identifier}' is not a C identifier")]
     BadIdentifier { identifier: String },
-    /// A combination of causality, variability, initial and type that is not allowed.
+    /// Combination of causality, variability, initial and type that is not allowed.
     #[error("variable '{name}': causality, variability, initial and type may not stand together")]
     IllegalCombination { name: String },
-    /// No start value where the standard requires one.
+    /// Missing start value that the standard requires.
     #[error("variable '{name}' needs a start value")]
     MissingStart { name: String },
-    /// A start value on a calculated variable.
+    /// Start value of a calculated variable.
     #[error("variable '{name}' is calculated and may have no start value")]
     UnexpectedStart { name: String },
-    /// An empty range.
+    /// Empty range.
     #[error("variable '{name}' has min {min} above max {max}")]
     MinAboveMax { name: String, min: f64, max: f64 },
-    /// A start value outside its range.
+    /// Start value outside its range.
     #[error("variable '{name}' starts at {start}, outside {min} .. {max}")]
     StartOutOfRange { name: String, start: f64, min: f64, max: f64 },
-    /// An attribute that is infinite or not a number.
+    /// Attribute that is infinite or not a number.
     #[error("variable '{name}' has the attribute {attribute} = {value}, which is not finite")]
     NotFinite { name: String, attribute: &'static str, value: f64 },
-    /// A nominal value that is not positive.
+    /// Nominal value that is not positive.
     #[error("variable '{name}' has nominal {nominal}, which is not above 0")]
     NominalNotPositive { name: String, nominal: f64 },
-    /// A unit that cannot be read.
+    /// Unit that cannot be read.
     #[error("variable '{name}': {reason}")]
     UnknownUnit { name: String, reason: UnitError },
-    /// A display unit that the unit does not have.
+    /// Display unit that is not defined for the unit.
     #[error("variable '{name}' has display unit '{display_unit}', which its unit does not define")]
     UnknownDisplayUnit { name: String, display_unit: String },
-    /// An enumerated type that is not defined.
+    /// Enumerated type that is not defined.
     #[error("variable '{name}' is of type '{declared_type}', which is not defined")]
     UnknownType { name: String, declared_type: String },
-    /// An enumeration without items, or with two of the same name, or defined twice, or called like a variable.
+    /// Enumeration without items, with two items of the same name, defined twice, or with the name of a variable.
     #[error("enumeration '{name}' has no items, repeats one, is defined twice, or is called like a variable")]
     BadEnumeration { name: String },
-    /// A dependency on a variable that does not exist, or the same one twice.
+    /// Dependency on a variable that does not exist, or duplicate dependency.
     #[error("variable '{name}' depends on '{on}', which is unknown or named twice")]
     BadDependency { name: String, on: String },
-    /// A derivative of a variable that is not a continuous state, a second one of a state, or one without model
-    /// exchange.
+    /// Derivative of a variable that is not a continuous state, second derivative entry of a state, or derivative
+    /// without model exchange.
     #[error("variable '{name}' cannot be the derivative of '{state}'")]
     BadDerivative { name: String, state: String },
-    /// A dependency on a variable that is not a known, or of a kind that the list does not allow.
+    /// Dependency on a variable that is not a known of the list.
     #[error("variable '{name}' cannot depend on '{on}' in this way in {list}")]
     NoKnown { name: String, on: String, list: &'static str },
-    /// A default experiment that cannot be run.
+    /// Default experiment that cannot be run.
     #[error("default experiment from {start} s to {stop} s with steps of {step} s cannot be run")]
     BadExperiment { start: f64, stop: f64, step: f64 },
 }

@@ -2,26 +2,26 @@
 
 use crate::{Kind, ModelDescription, ScalarVariable, Unit};
 
-/// A physical quantity with its unit and its natural limits.
+/// Physical quantity with its unit and its natural limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RealType {
-    /// Name that the variables refer to; the dot distinguishes it from those of actuators.
+    /// Name of the type in the variables; the dot distinguishes it from names of actuators.
     pub name: &'static str,
-    /// Name of the quantity, as the Modelica Standard Library 4.0 spells it in `Modelica.Units.SI`, if it has it.
+    /// Name of the quantity, as in `Modelica.Units.SI` of the Modelica Standard Library 4.0, if it exists there.
     pub quantity: &'static str,
-    /// Its meaning.
+    /// Meaning of the quantity.
     pub description: &'static str,
-    /// Its unit.
+    /// Unit of the quantity.
     pub unit: &'static str,
-    /// Least value.
+    /// Smallest value.
     pub min: Option<f64>,
-    /// Greatest value.
+    /// Largest value.
     pub max: Option<f64>,
 }
 
 const QUARTER_TURN: f64 = std::f64::consts::FRAC_PI_2;
 
-/// Of types with the same unit, the one without limits is used where no other fits.
+/// Declared types; among those with the same unit, the one without limits is used if no other fits.
 #[rustfmt::skip]
 const TYPES: [RealType; 22] = [
     real("SI.Angle",               "Angle",               "angle",                                     "rad"),
@@ -75,12 +75,12 @@ impl RealType {
         Self { max: Some(0.0), ..self }
     }
 
-    /// The unit in which a tool should show values.
+    /// Returns the unit in which a tool should display values.
     pub fn display_unit(&self) -> Option<String> {
         Unit::parse(self.unit).ok()?.display_units.into_iter().next().map(|one| one.name)
     }
 
-    /// The type of this unit whose limits are the given ones, or else the one without limits.
+    /// Returns the type with this unit and these limits, or else the one without limits.
     ///
     /// Coefficients whose unit and range match no named quantity have no type.
     fn of(unit: &str, min: Option<f64>, max: Option<f64>) -> Option<&'static Self> {
@@ -91,7 +91,7 @@ impl RealType {
 }
 
 impl ScalarVariable {
-    /// The declared type of a Real variable, if its quantity has a name.
+    /// Returns the declared type of a Real variable, if its quantity has a name.
     pub fn real_type(&self) -> Option<&'static RealType> {
         match &self.kind {
             Kind::Real { unit: Some(unit), min, max, .. } => RealType::of(unit, *min, *max),
@@ -101,7 +101,7 @@ impl ScalarVariable {
 }
 
 impl ModelDescription {
-    /// Declared types of the Real variables, each once, sorted by name.
+    /// Returns the declared types of the Real variables, each once, sorted by name.
     pub fn real_types(&self) -> Vec<&'static RealType> {
         let mut types: Vec<_> = self.variables.iter().filter_map(ScalarVariable::real_type).collect();
         types.sort_unstable_by_key(|one| one.name);
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn unit_and_range_tell_the_type() {
+    fn unit_and_range_determine_type() {
         assert_eq!(name("rad", Some(-QUARTER_TURN), Some(QUARTER_TURN)), Some("SI.Inclination"));
         assert_eq!(name("rad", Some(-0.3), Some(0.3)), Some("SI.Angle"));
         assert_eq!(name("m/s", Some(0.0), None), Some("SI.Speed"));
@@ -128,14 +128,14 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_name_has_no_type() {
+    fn unnamed_quantities_have_no_type() {
         assert_eq!(name("kg", None, None), None);
         assert_eq!(name("kg.m2", None, Some(0.0)), None);
         assert_eq!(name("kg.m", None, None), None);
     }
 
     #[test]
-    fn the_table_is_sound() {
+    fn table_is_consistent() {
         for (position, one) in TYPES.iter().enumerate() {
             assert!(TYPES[position + 1..].iter().all(|other| other.name != one.name), "{}", one.name);
             let same = |other: &RealType| (other.unit, other.min, other.max) == (one.unit, one.min, one.max);

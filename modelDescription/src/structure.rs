@@ -1,4 +1,4 @@
-//! `ModelStructure`, derived from the variables (section 2.2.8).
+//! Derivation of `ModelStructure` from the variables (section 2.2.8).
 
 use std::collections::BTreeSet;
 
@@ -15,17 +15,17 @@ pub struct ModelStructure {
     pub initial_unknowns: Vec<Unknown>,
 }
 
-/// One unknown; indices count from 1 as in the XML.
+/// Unknown of the model; indices count from 1 as in the XML.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unknown {
     /// Index of the unknown.
     pub index: usize,
-    /// Indices of what it depends on; `None` means all knowns.
+    /// Indices of the knowns on which it depends; `None` means all knowns.
     pub dependencies: Option<Vec<(usize, DependencyKind)>>,
 }
 
 impl ModelDescription {
-    /// The structure that follows from causality, initial and dependencies of the variables.
+    /// Returns the structure that follows from causality, initial and dependencies of the variables.
     pub fn structure(&self) -> ModelStructure {
         let states: BTreeSet<&str> =
             self.variables.iter().filter_map(|one| one.derivative_of.as_deref()).collect();
@@ -46,13 +46,13 @@ impl ModelDescription {
 
     fn unknowns(
         &self,
-        chosen: impl Fn(&ScalarVariable) -> bool,
-        of: impl Fn(&ScalarVariable) -> &Option<Vec<Dependency>>,
+        is_unknown: impl Fn(&ScalarVariable) -> bool,
+        dependencies_of: impl Fn(&ScalarVariable) -> &Option<Vec<Dependency>>,
     ) -> Vec<Unknown> {
-        let numbered = self.variables.iter().enumerate().filter(|(_, variable)| chosen(variable));
+        let numbered = self.variables.iter().enumerate().filter(|(_, variable)| is_unknown(variable));
         let unknown = |(position, variable)| Unknown {
             index: position + 1,
-            dependencies: of(variable).as_deref().map(|list| self.indices(list)),
+            dependencies: dependencies_of(variable).as_deref().map(|list| self.indices(list)),
         };
         numbered.map(unknown).collect()
     }
@@ -67,7 +67,7 @@ impl ModelDescription {
     }
 }
 
-/// An output, calculated parameter, state or derivative that is not set by its start value.
+/// Returns `true` for an output, calculated parameter, state or derivative that is not set by its start value.
 fn is_initial_unknown(variable: &ScalarVariable, is_state: bool) -> bool {
     let is_unknown = matches!(variable.causality, Causality::Output | Causality::CalculatedParameter)
         || is_state

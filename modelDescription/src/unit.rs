@@ -1,52 +1,52 @@
-//! Units, read from their usual spelling into powers of the SI base units (section 2.2.2).
+//! Units, converted from their usual spelling to powers of the SI base units (section 2.2.2).
 
 use std::f64::consts::PI;
 
 use crate::element::number;
 
-/// A unit with its base-unit exponents and the display units that a tool may choose.
+/// Unit with its base-unit exponents and the display units that a tool may choose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unit {
     /// Spelling, such as `kg.m2/s`.
     pub name: String,
     /// Powers of the base units.
     pub base: BaseUnit,
-    /// Value of one of it in these base units; 1 but for the few that are not coherent.
+    /// Value of one unit in these base units; 1 except for the few units that are not coherent.
     pub factor: f64,
-    /// Units for showing: a value in the display unit is `factor` times the value in this unit.
+    /// Display units: a value in the display unit is `factor` times the value in this unit.
     pub display_units: Vec<DisplayUnit>,
 }
 
 /// Exponents of kg, m, s, A, K, mol, cd and rad.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct BaseUnit {
-    /// The exponents in the order of [`BaseUnit::SYMBOLS`].
+    /// Exponents in the order of [`BaseUnit::SYMBOLS`].
     pub exponents: [i32; 8],
 }
 
-/// A unit for showing.
+/// Display unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DisplayUnit {
     /// Spelling.
     pub name: String,
-    /// Value in this unit per value in the unit itself.
+    /// Value in this display unit of one unit.
     pub factor: f64,
 }
 
-/// Why a unit could not be read.
+/// Error in reading a unit.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum UnitError {
-    /// A symbol that is neither an SI base unit nor one of the derived units known here.
+    /// Symbol that is neither an SI base unit nor a known derived unit.
     #[error("unit '{unit}' has the unknown symbol '{symbol}'")]
     UnknownSymbol { unit: String, symbol: String },
-    /// More than one `/`, after which the order of operations is ambiguous.
+    /// More than one `/`, which makes the order of operations ambiguous.
     #[error("unit '{unit}' has more than one '/'")]
     SeveralSlashes { unit: String },
 }
 
 impl BaseUnit {
-    /// Symbols of the exponents, as the XML names them.
+    /// Symbols of the exponents, as in the XML.
     pub const SYMBOLS: [&'static str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 }
 
@@ -54,7 +54,7 @@ impl BaseUnit {
 const DERIVED: [(&str, [i32; 3]); 5] =
     [("N", [1, 1, -2]), ("Pa", [1, -1, -2]), ("J", [1, 2, -2]), ("W", [1, 2, -3]), ("Hz", [0, 0, -1])];
 
-/// Units that are not coherent: the coherent one, and their value in it.
+/// Units that are not coherent, with the coherent unit and their value in it.
 const SCALED: [(&str, &str, f64); 3] = [("us", "s", 1e-6), ("rpm", "rad/s", PI / 30.0), ("%", "1", 0.01)];
 
 impl Unit {
@@ -88,7 +88,7 @@ impl Unit {
         Ok(Self { name: name.to_owned(), base, factor: 1.0, display_units })
     }
 
-    /// Its definition as attributes of an element `BaseUnit`: the powers that are not zero, and a factor that is not 1.
+    /// Returns the attributes of the element `BaseUnit`: the powers that are not zero, and a factor that is not 1.
     pub fn in_base_units(&self) -> Vec<(&'static str, String)> {
         let powers = BaseUnit::SYMBOLS.into_iter().zip(self.base.exponents).filter(|(_, power)| *power != 0);
         let factor = (self.factor != 1.0).then(|| ("factor", number(self.factor)));
@@ -122,7 +122,7 @@ impl BaseUnit {
     }
 }
 
-/// Degrees, if the unit contains radians to the first power.
+/// Returns the display unit in degrees, if the unit contains radians to the first power.
 fn display_units(name: &str, base: BaseUnit) -> Vec<DisplayUnit> {
     let power = base.exponents[7];
     if power.abs() != 1 || name.matches("rad").count() != 1 {
@@ -166,14 +166,14 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_it_does_not_know() {
+    fn rejects_unknown_units() {
         for name in ["furlong", "m/s/s", "m2x", "", "m."] {
             assert!(Unit::parse(name).is_err(), "{name}");
         }
     }
 
     #[test]
-    fn shows_radians_as_degrees() {
+    fn displays_radians_in_degrees() {
         let rate = Unit::parse("rad/s").unwrap();
         assert_eq!(rate.display_units[0].name, "deg/s");
         assert_eq!(rate.display_units[0].factor * PI, 180.0);

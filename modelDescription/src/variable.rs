@@ -1,42 +1,42 @@
 //! Scalar variables (section 2.2.7).
 
-/// One variable of the model, with its dependencies.
+/// Variable of the model, with its dependencies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScalarVariable {
     /// Unique name.
     pub name: String,
-    /// Handle that the C functions use.
+    /// Handle for the C functions.
     pub value_reference: u32,
-    /// What the variable means, in a sentence.
+    /// Meaning of the variable in one sentence.
     pub description: String,
     /// Role in connections.
     pub causality: Causality,
-    /// When the value may change.
+    /// Variability of the value.
     pub variability: Variability,
-    /// How the value is initialised; `None` takes the default of the standard.
+    /// Initialisation of the value; `None` for the default of the standard.
     pub initial: Option<Initial>,
     /// Type with its attributes.
     pub kind: Kind,
-    /// Name of the state of which this is the time derivative.
+    /// Name of the state whose time derivative this is.
     pub derivative_of: Option<String>,
-    /// Names of the variables that an output or derivative depends on directly; `None` means all of them.
+    /// Direct dependencies of an output or derivative; `None` means all variables.
     pub depends_on: Option<Vec<Dependency>>,
-    /// The same for the initial value; `None` means all of them.
+    /// Direct dependencies of the initial value; `None` means all variables.
     pub initially_depends_on: Option<Vec<Dependency>>,
 }
 
-/// Type of a variable and the attributes that this type has.
+/// Type of a variable, with the attributes of this type.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Kind {
     /// Floating point.
     Real {
         /// Unit of the value.
         unit: Option<String>,
-        /// Unit in which a tool should show the value.
+        /// Unit in which a tool should display the value.
         display_unit: Option<String>,
-        /// Least value.
+        /// Smallest value.
         min: Option<f64>,
-        /// Greatest value.
+        /// Largest value.
         max: Option<f64>,
         /// Typical magnitude.
         nominal: Option<f64>,
@@ -45,14 +45,14 @@ pub enum Kind {
     },
     /// 32-bit integer.
     Integer {
-        /// Least value.
+        /// Smallest value.
         min: Option<i32>,
-        /// Greatest value.
+        /// Largest value.
         max: Option<i32>,
         /// Start value.
         start: Option<i32>,
     },
-    /// Truth value.
+    /// Boolean.
     Boolean {
         /// Start value.
         start: Option<bool>,
@@ -62,7 +62,7 @@ pub enum Kind {
         /// Start value.
         start: Option<String>,
     },
-    /// One of the items of a declared type.
+    /// Item of a declared type.
     Enumeration {
         /// Name of the declared type.
         declared_type: String,
@@ -74,54 +74,54 @@ pub enum Kind {
 /// Role of a variable in connections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Causality {
-    /// Set before the simulation.
+    /// Value set before the simulation.
     Parameter,
-    /// Computed from parameters.
+    /// Value computed from parameters.
     CalculatedParameter,
-    /// Set by another model.
+    /// Value set by another model.
     Input,
-    /// Used by another model.
+    /// Value used by another model.
     Output,
-    /// Internal, to be displayed.
+    /// Internal value, for display.
     Local,
 }
 
-/// When a value may change.
+/// Variability of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variability {
-    /// Never.
+    /// Constant.
     Constant,
-    /// Not after initialisation.
+    /// Constant after initialisation.
     Fixed,
-    /// Between communication points, by the user.
+    /// Changed by the user between communication points.
     Tunable,
-    /// At events only.
+    /// Changed at events only.
     Discrete,
-    /// At any time.
+    /// Changed at any time.
     Continuous,
 }
 
-/// How a variable gets its first value.
+/// Initialisation of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Initial {
-    /// The start value.
+    /// Start value.
     Exact,
-    /// The start value is a guess.
+    /// Start value as a guess.
     Approx,
-    /// Computed from other variables.
+    /// Value computed from other variables.
     Calculated,
 }
 
-/// One entry of `dependencies` and `dependenciesKind`.
+/// Entry of `dependencies` and `dependenciesKind`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dependency {
     /// Name of the variable on which another one depends.
     pub on: String,
-    /// In which way.
+    /// Kind of the dependency.
     pub kind: DependencyKind,
 }
 
-/// Way in which one variable depends on another, as far as it is told apart here.
+/// Kind of a dependency, as far as it is distinguished here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DependencyKind {
     /// No particular structure.
@@ -131,7 +131,7 @@ pub enum DependencyKind {
 }
 
 impl ScalarVariable {
-    /// Unit of a Real variable.
+    /// Returns the unit of a Real variable.
     pub fn unit(&self) -> Option<&str> {
         match &self.kind {
             Kind::Real { unit, .. } => unit.as_deref(),
@@ -139,7 +139,7 @@ impl ScalarVariable {
         }
     }
 
-    /// Whether the variable has a start value.
+    /// Returns `true` if the variable has a start value.
     pub fn has_start(&self) -> bool {
         match &self.kind {
             Kind::Real { start, .. } => start.is_some(),
@@ -149,7 +149,7 @@ impl ScalarVariable {
         }
     }
 
-    /// The attribute `initial`, given or by default (table in section 2.2.7); `None` where it has no meaning.
+    /// Returns the attribute `initial`, given or by default (table in section 2.2.7); `None` where it has no meaning.
     pub fn initial(&self) -> Option<Initial> {
         self.initial.or(match (self.causality, self.variability) {
             (Causality::Input, _) => None,
@@ -158,12 +158,12 @@ impl ScalarVariable {
         })
     }
 
-    /// Whether the standard requires a start value.
+    /// Returns `true` if the standard requires a start value.
     pub fn needs_start(&self) -> bool {
         self.causality == Causality::Input || matches!(self.initial(), Some(Initial::Exact | Initial::Approx))
     }
 
-    /// Whether the combination of causality, variability and initial is allowed (table in section 2.2.7).
+    /// Returns `true` if the combination of causality, variability and initial is allowed (table in section 2.2.7).
     pub fn is_legal_combination(&self) -> bool {
         use {Causality as C, Variability as V};
         let continuous_or_discrete = matches!(self.variability, V::Discrete | V::Continuous);

@@ -1,4 +1,4 @@
-//! Writes `modelDescription.xml` in the order of the schema (`fmi2ModelDescription.xsd`, FMI 2.0.4).
+//! Writer of `modelDescription.xml` in the order of the schema (`fmi2ModelDescription.xsd`, FMI 2.0.4).
 
 use std::fmt::Debug;
 use std::io;
@@ -9,14 +9,14 @@ use crate::{
     ScalarVariable, Unit, Unknown,
 };
 
-/// Why the XML could not be written.
+/// Error in writing the XML.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum WriteError {
-    /// The description breaks the standard.
+    /// Description that violates the standard.
     #[error("the model description breaks the standard: {}", joined(problems))]
     Problems { problems: Vec<Problem> },
-    /// The XML writer failed.
+    /// Failure of the XML writer.
     #[error("the model description could not be written: {0}")]
     Writer(#[from] io::Error),
 }
@@ -28,7 +28,8 @@ fn joined(problems: &[Problem]) -> String {
 type Attributes = Vec<(&'static str, String)>;
 
 impl ModelDescription {
-    /// The XML with the given GUID and interfaces, checked first; the same description gives the same bytes.
+    /// Checks the description and returns the XML with the given GUID and interfaces; the same description gives the
+    /// same bytes.
     ///
     /// # Errors
     /// [`WriteError::Problems`] if [`check`](Self::check) returns a problem.
@@ -40,10 +41,10 @@ impl ModelDescription {
         let bytes = document(|xml| {
             parent(xml, "fmiModelDescription", &self.root(guid), |xml| {
                 if self.model_exchange && interfaces != Interfaces::CoSimulation {
-                    leaf(xml, "ModelExchange", &self.of_model_exchange())?;
+                    leaf(xml, "ModelExchange", &self.model_exchange_attributes())?;
                 }
                 if interfaces != Interfaces::ModelExchange {
-                    leaf(xml, "CoSimulation", &self.of_co_simulation())?;
+                    leaf(xml, "CoSimulation", &self.co_simulation_attributes())?;
                 }
                 list(xml, "UnitDefinitions", &self.units(), write_unit)?;
                 self.write_types(xml)?;
@@ -77,12 +78,12 @@ impl ModelDescription {
         ]
     }
 
-    fn of_model_exchange(&self) -> Attributes {
+    fn model_exchange_attributes(&self) -> Attributes {
         let own = vec![("completedIntegratorStepNotNeeded", "false".to_owned())];
         [self.identity(), own, self.shared()].concat()
     }
 
-    fn of_co_simulation(&self) -> Attributes {
+    fn co_simulation_attributes(&self) -> Attributes {
         let flags = self.co_simulation;
         let steps = flags.can_handle_variable_communication_step_size;
         let own = vec![
@@ -134,10 +135,10 @@ impl ModelDescription {
             ("name", variable.name.clone()),
             ("valueReference", variable.value_reference.to_string()),
             ("description", variable.description.clone()),
-            ("causality", word(variable.causality)),
-            ("variability", word(variable.variability)),
+            ("causality", schema_name(variable.causality)),
+            ("variability", schema_name(variable.variability)),
         ];
-        attributes.extend(variable.initial().map(|one| ("initial", word(one))));
+        attributes.extend(variable.initial().map(|one| ("initial", schema_name(one))));
         let (element, mut of_kind) = kind(&variable.kind);
         of_kind.splice(0..0, variable.real_type().map(|one| ("declaredType", one.name.to_owned())));
         let state = variable.derivative_of.as_deref().and_then(|state| self.position(state));
@@ -229,12 +230,12 @@ fn write_unknown(xml: &mut Xml, unknown: &Unknown) -> io::Result<()> {
             dependencies.iter().map(text).collect::<Vec<_>>().join(" ")
         };
         attributes.push(("dependencies", joined(|(index, _)| index.to_string())));
-        attributes.push(("dependenciesKind", joined(|(_, kind)| word(*kind))));
+        attributes.push(("dependenciesKind", joined(|(_, kind)| schema_name(*kind))));
     }
     leaf(xml, "Unknown", &attributes)
 }
 
-/// An element with its items; none without items.
+/// Writes an element with its items, or nothing without items.
 fn list<T>(
     xml: &mut Xml,
     element: &'static str,
@@ -247,9 +248,9 @@ fn list<T>(
     parent(xml, element, NONE, |xml| items.iter().try_for_each(|item| write(xml, item)))
 }
 
-/// A variant as the schema spells it, with a small first letter.
-fn word(variant: impl Debug) -> String {
-    let mut word = format!("{variant:?}");
-    word[..1].make_ascii_lowercase();
-    word
+/// Returns the spelling of a variant in the schema, with a lower-case first letter.
+fn schema_name(variant: impl Debug) -> String {
+    let mut schema_name = format!("{variant:?}");
+    schema_name[..1].make_ascii_lowercase();
+    schema_name
 }

@@ -1,4 +1,4 @@
-//! Every rule is violated once, and the XML stands in the order of the schema.
+//! Violation of every rule, and order of the elements in the XML.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use squid_model_description::*;
@@ -96,7 +96,7 @@ fn description() -> ModelDescription {
 }
 
 #[test]
-fn a_sound_description_has_no_problem() {
+fn valid_description_has_no_problem() {
     assert_eq!(description().check(), []);
 }
 
@@ -171,7 +171,7 @@ fn finds_problems_of_units_types_and_experiment() {
 }
 
 #[test]
-fn structure_follows_from_the_variables() {
+fn structure_follows_from_variables() {
     let structure = description().structure();
     let kind = DependencyKind::Dependent;
     let output = Unknown { index: 6, dependencies: Some(vec![(1, kind), (8, kind)]) };
@@ -211,7 +211,7 @@ fn finds_problems_of_states_and_dependencies() {
 }
 
 #[test]
-fn elements_stand_in_the_order_of_the_schema() {
+fn elements_are_in_schema_order() {
     let xml = description().to_xml("{guid}", Interfaces::All).unwrap();
     let mut position = 0;
     for part in [

@@ -6,7 +6,7 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matm
 use faer::{Accum, MatMut, MatRef, Par, reborrow::ReborrowMut};
 use std::ffi::{c_char, c_int};
 
-/// `C <- beta C`; a beta of zero clears NaN, too, as BLAS requires.
+/// Computes `C <- beta C`; a beta of zero also clears NaN, as BLAS requires.
 fn scale(mut c: MatMut<'_, f64>, beta: f64) {
     if beta == 0.0 {
         c.fill(0.0);
@@ -15,7 +15,7 @@ fn scale(mut c: MatMut<'_, f64>, beta: f64) {
     }
 }
 
-/// `op(A)`, of which the shape is `rows x cols`.
+/// Returns `op(A)` with the shape `rows x cols`.
 unsafe fn operand<'a>(
     trans: *const c_char,
     a: *const f64,
@@ -27,7 +27,7 @@ unsafe fn operand<'a>(
     unsafe { if is(trans, b'N') { read(a, rows, cols, lda) } else { read(a, cols, rows, lda).transpose() } }
 }
 
-/// `C = alpha op(A) op(B) + beta C`, op the identity or the transpose.
+/// Computes `C = alpha op(A) op(B) + beta C`, op the identity or the transpose.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dgemm_(
     transa: *const c_char,
@@ -53,7 +53,7 @@ pub unsafe extern "C" fn dgemm_(
     }
 }
 
-/// `y <- beta y + alpha sum over terms`, with strides; a negative stride runs backwards, as in BLAS.
+/// Computes `y <- beta y + alpha sum over terms`, with strides; a negative stride runs backwards, as in BLAS.
 unsafe fn strided_sum(
     length: usize,
     inner: usize,
@@ -79,7 +79,7 @@ unsafe fn strided_sum(
     }
 }
 
-/// `y = alpha op(A) x + beta y`.
+/// Computes `y = alpha op(A) x + beta y`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dgemv_(
     trans: *const c_char,
@@ -102,7 +102,7 @@ pub unsafe extern "C" fn dgemv_(
     }
 }
 
-/// `y = alpha A x + beta y` for a symmetric A of which one triangle is read.
+/// Computes `y = alpha A x + beta y` for a symmetric A, of which one triangle is read.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dsymv_(
     uplo: *const c_char,
@@ -151,7 +151,7 @@ fn add_to_triangle(
     );
 }
 
-/// `C <- beta C` on one triangle only.
+/// Computes `C <- beta C` on one triangle only.
 fn scale_triangle(mut c: MatMut<'_, f64>, upper: bool, beta: f64) {
     for j in 0..c.ncols() {
         let rows = if upper { 0..j + 1 } else { j..c.nrows() };
@@ -161,7 +161,7 @@ fn scale_triangle(mut c: MatMut<'_, f64>, upper: bool, beta: f64) {
     }
 }
 
-/// `C = alpha op(A) op(A)' + beta C`, one triangle of C.
+/// Computes `C = alpha op(A) op(A)' + beta C`, one triangle of C.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dsyrk_(
     uplo: *const c_char,
@@ -184,7 +184,7 @@ pub unsafe extern "C" fn dsyrk_(
     }
 }
 
-/// `C = alpha (op(A) op(B)' + op(B) op(A)') + beta C`, one triangle of C.
+/// Computes `C = alpha (op(A) op(B)' + op(B) op(A)') + beta C`, one triangle of C.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dsyr2k_(
     uplo: *const c_char,

@@ -7,7 +7,7 @@ use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Mat, MatRef, Par, Side};
 use std::ffi::{c_char, c_int};
 
-/// The triangle that a letter names.
+/// Returns the triangle selected by an option letter.
 unsafe fn side(uplo: *const c_char) -> Side {
     // SAFETY: the caller passes a Fortran option letter.
     if unsafe { is(uplo, b'U') } { Side::Upper } else { Side::Lower }
@@ -19,7 +19,7 @@ unsafe fn store(from: MatRef<'_, f64>, to: *mut f64, ld: *const c_int) {
     unsafe { write(to, from.nrows() as c_int, from.ncols() as c_int, ld) }.copy_from(from);
 }
 
-/// Cholesky factor of a positive definite matrix, in place: `A = L L'` (lower) or `A = U' U` (upper).
+/// Computes the Cholesky factor of a positive definite matrix, in place: `A = L L'` (lower) or `A = U' U` (upper).
 ///
 /// `info` is the order of the first leading minor that is not positive, or 0.
 #[unsafe(no_mangle)]
@@ -49,7 +49,7 @@ pub unsafe extern "C" fn dpotrf_(
     }
 }
 
-/// Solves `A X = B` with the factor that [`dpotrf_`] left, in place of B.
+/// Solves `A X = B` with the factor of [`dpotrf_`]; X overwrites B.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dpotrs_(
     uplo: *const c_char,
@@ -72,7 +72,7 @@ pub unsafe extern "C" fn dpotrs_(
     }
 }
 
-/// Solves `A X = B` by LU with partial pivoting, in place of B.
+/// Solves `A X = B` by LU with partial pivoting; X overwrites B.
 ///
 /// A is left unchanged and `ipiv` is filled with the identity: the factors are not returned. `info` is
 /// the order of the first pivot that is exactly zero, or 0.
@@ -125,7 +125,7 @@ unsafe fn singular_values(
     0
 }
 
-/// Answers a workspace query (`lwork = -1`) and returns whether it was one.
+/// Answers a workspace query (`lwork = -1`); returns `true` if it was one.
 unsafe fn answered_query(work: *mut f64, lwork: *const c_int) -> bool {
     // SAFETY: work holds at least one number.
     unsafe {
@@ -137,7 +137,7 @@ unsafe fn answered_query(work: *mut f64, lwork: *const c_int) -> bool {
     }
 }
 
-/// Thin singular value decomposition (`jobz` = 'S', or 'A' of a square matrix) or the values alone ('N').
+/// Computes the thin singular value decomposition (`jobz` = 'S', or 'A' for a square matrix), or only the values ('N').
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dgesdd_(
     jobz: *const c_char,
@@ -167,7 +167,7 @@ pub unsafe extern "C" fn dgesdd_(
     }
 }
 
-/// As [`dgesdd_`], with a job letter for each side; the two must be the same.
+/// Computes the same as [`dgesdd_`], with a job letter for each side; both must be the same.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dgesvd_(
     jobu: *const c_char,
@@ -195,7 +195,7 @@ pub unsafe extern "C" fn dgesvd_(
     }
 }
 
-/// All eigenvalues of a symmetric matrix, ascending, and its eigenvectors if `jobz` = 'V'.
+/// Computes all eigenvalues of a symmetric matrix, ascending, and its eigenvectors if `jobz` = 'V'.
 ///
 /// Only `range` = 'A' is supported.
 #[unsafe(no_mangle)]

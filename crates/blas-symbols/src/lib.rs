@@ -1,14 +1,14 @@
-//! The eleven Fortran symbols that clarabel's PSD cone needs, in pure Rust on [`faer`].
+//! Eleven Fortran symbols of BLAS and LAPACK for clarabel's PSD cone, in pure Rust on [`faer`].
 //!
-//! clarabel calls BLAS and LAPACK by their Fortran names. Its own ways of providing them download a library
-//! or need a Fortran compiler. This crate defines only the names that clarabel uses, so that `cargo build`
-//! suffices for a semidefinite solver.
+//! clarabel calls BLAS and LAPACK by their Fortran names. Its own options for providing them download a library or need
+//! a Fortran compiler. This crate defines only the names that clarabel uses, so that `cargo build` suffices for a
+//! semidefinite solver.
 //!
-//! | symbol | what it computes |
+//! | symbol | result |
 //! |---|---|
 //! | `dgemm_` | `C = alpha op(A) op(B) + beta C` |
 //! | `dgemv_` | `y = alpha op(A) x + beta y` |
-//! | `dsymv_` | the same for a symmetric A |
+//! | `dsymv_` | `y = alpha A x + beta y` for a symmetric A |
 //! | `dsyrk_` | `C = alpha op(A) op(A)' + beta C`, one triangle |
 //! | `dsyr2k_` | `C = alpha (op(A) op(B)' + op(B) op(A)') + beta C`, one triangle |
 //! | `dpotrf_`, `dpotrs_` | Cholesky factor; solution with it |
@@ -16,9 +16,8 @@
 //! | `dgesdd_`, `dgesvd_` | singular value decomposition, thin |
 //! | `dsyevr_` | eigenvalues and vectors of a symmetric matrix |
 //!
-//! Matrices are stored by columns; `lda` is the distance between two columns. A call with a job that is not
-//! supported (such as part of the spectrum) sets `info` to a negative number, as LAPACK does for a bad
-//! argument.
+//! Matrices are stored by columns; `lda` is the distance between two columns. A call with an unsupported job (such as
+//! part of the spectrum) sets `info` to a negative number, as LAPACK does for an invalid argument.
 //!
 //! With the feature `openblas` nothing is defined here: the symbols come from the system's OpenBLAS, which must be
 //! installed (`libopenblas-dev` on Debian). Set `OPENBLAS_NUM_THREADS=1` for small problems.
@@ -46,7 +45,7 @@ use openblas::{
     dgemm_, dgemv_, dgesdd_, dgesv_, dgesvd_, dpotrf_, dpotrs_, dsyevr_, dsymv_, dsyr2k_, dsyrk_,
 };
 
-/// Makes the linker keep the symbols: call it once in the crate that links clarabel.
+/// Keeps the symbols in the linked binary; to be called once in the crate that links clarabel.
 ///
 /// Returns the number of symbols provided.
 pub fn link() -> usize {

@@ -1,4 +1,4 @@
-//! The same names in single precision, which Clarabel names too: a linker for Windows leaves no name open.
+//! Symbols in single precision, which Clarabel also references: linkers for Windows reject undefined symbols.
 
 macro_rules! never_called {
     ($($name:ident)*) => {$(

@@ -1,4 +1,4 @@
-//! Each symbol against its definition, on random matrices, called as clarabel calls it.
+//! Comparison of each symbol with its definition, on random matrices, with the calls of clarabel.
 #![cfg(not(feature = "openblas"))]
 #![allow(unsafe_code, clippy::unwrap_used, clippy::panic)]
 
@@ -11,7 +11,7 @@ fn letter(l: u8) -> c_char {
     l as c_char
 }
 
-/// Column-major storage of a matrix.
+/// Returns the column-major storage of a matrix.
 fn flat(a: &Mat<f64>) -> Vec<f64> {
     (0..a.ncols()).flat_map(|j| (0..a.nrows()).map(move |i| a[(i, j)])).collect()
 }
@@ -130,7 +130,7 @@ proptest! {
     }
 
     #[test]
-    fn svd_rebuilds((a, _, _) in shapes()) {
+    fn svd_reconstructs_matrix((a, _, _) in shapes()) {
         let (m, n) = (a.nrows() as c_int, a.ncols() as c_int);
         let p = m.min(n);
         let (mut stored, mut info, mut work) = (flat(&a), 9, [0.0]);
@@ -148,7 +148,7 @@ proptest! {
     }
 
     #[test]
-    fn eigenvalues_rebuild((a, _) in square(), upper: bool) {
+    fn eigenvectors_reconstruct_matrix((a, _) in square(), upper: bool) {
         let n = a.nrows() as c_int;
         let symmetric = &a + a.transpose();
         let mut w = vec![0.0; n as usize];
@@ -167,7 +167,7 @@ proptest! {
 }
 
 #[test]
-fn indefinite_matrix_names_its_minor() {
+fn reports_minor_of_indefinite_matrix() {
     let mut a = [1.0, 0.0, 0.0, -1.0];
     let mut info = 0;
     unsafe { dpotrf_(&letter(b'L'), &2, a.as_mut_ptr(), &2, &mut info) };
@@ -175,7 +175,7 @@ fn indefinite_matrix_names_its_minor() {
 }
 
 #[test]
-fn jobs_that_are_not_served_are_refused() {
+fn rejects_unsupported_jobs() {
     let (mut a, mut s, mut work, mut info) = ([1.0], [0.0], [0.0], 0);
     let mut u = [0.0];
     let p = u.as_mut_ptr();

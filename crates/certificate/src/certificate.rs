@@ -1,4 +1,4 @@
-//! The certificate as in its file: a closed loop, and what is claimed of it.
+//! Certificate as in its file: a closed loop and the claims about it.
 
 use crate::claim::{Claim, Constant, Gain, Limits, Rate};
 use crate::error::Failure;
@@ -8,44 +8,44 @@ use crate::strict::from_json;
 use crate::system::Loop;
 use serde::{Deserialize, Serialize};
 
-/// The format of a file.
+/// Format of a certificate file.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Format {
-    /// The only one.
+    /// Version 1.
     #[default]
     #[serde(rename = "lpv-certificate/1")]
     One,
 }
 
-/// A plant, a controller and model errors, and claims about their closed loop with the matrices that prove them.
+/// Plant, controller and model errors, and claims about their closed loop with the matrices that prove them.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Certificate {
-    /// The format of the file.
+    /// Format of the file.
     pub format: Format,
-    /// Whether plant and controller are in discrete time: `x+`, the state at the next tick, in place of `x'`. Without
-    /// the key the loop is in continuous time.
+    /// `true` if plant and controller are in discrete time, with `x+`, the state at the next tick, in place of `x'`.
+    /// Without this key the loop is in continuous time.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub discrete: bool,
     /// Repetitions `[r_1, r_2, ...]` of the parameters in the plant's channels; 0 for a parameter that occurs in the
     /// controller alone.
     pub blocks: Vec<usize>,
-    /// The repetitions in the controller's channels, of the same parameters in the same order.
+    /// Repetitions in the controller's channels, of the same parameters in the same order.
     pub controller_blocks: Vec<usize>,
-    /// The plant.
+    /// Plant.
     pub plant: Plant,
-    /// The controller.
+    /// Controller.
     pub controller: Controller,
-    /// Model errors, to which some claims extend; none if the file says nothing.
+    /// Model errors covered by some of the claims; empty without this key.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<ModelError>,
-    /// At least one.
+    /// Claims, at least one.
     pub claims: Vec<Claim>,
 }
 
-/// A file that says its format.
+/// Format key of a file.
 #[derive(Deserialize)]
-struct OfFormat {
+struct FormatHeader {
     #[serde(rename = "format")]
     _format: Format,
 }
@@ -65,21 +65,21 @@ macro_rules! find {
 
 impl Certificate {
     find! {
-        /// The claim about the gain for parameters that vary arbitrarily fast.
+        /// Returns the claim about the gain for parameters that vary arbitrarily fast.
         gain: Gain if is_none;
-        /// The same with the model error.
+        /// Returns the claim about this gain with the model error.
         robust_gain: Gain if is_some;
-        /// The claim about the gain for a parameter with a bounded rate.
+        /// Returns the claim about the gain for a parameter with a bounded rate.
         rate: Rate if is_none;
-        /// The same with the model error.
+        /// Returns the claim about this gain with the model error.
         robust_rate: Rate if is_some;
-        /// The claim about a step with saturated commands.
+        /// Returns the claim about a step with saturated commands.
         limits: Limits;
-        /// The claim for parameters some of which are constant.
+        /// Returns the claim about the gain with constant parameters.
         constant: Constant;
     }
 
-    /// The model error that the claims cover, if they cover one.
+    /// Returns the model error covered by the claims, if any.
     pub fn model_error(&self) -> Option<&ModelError> {
         match self.errors.as_slice() {
             [error] if self.robust_gain().is_some() => Some(error),
@@ -90,10 +90,10 @@ impl Certificate {
     /// Reads a certificate.
     ///
     /// # Errors
-    /// [`Failure::Json`] or [`Failure::Malformed`], the first problem of the text.
+    /// [`Failure::Json`] or [`Failure::Malformed`], the first error of the text.
     pub fn from_json(text: &str) -> Result<Self, Failure> {
-        // First, because another format has other keys.
-        from_json::<OfFormat>(text)?;
+        // The format comes first: other formats have other keys.
+        from_json::<FormatHeader>(text)?;
         let certificate: Self = from_json(text)?;
         certificate.check()?;
         Ok(certificate)
@@ -108,7 +108,7 @@ impl Certificate {
         serde_json::to_string(self).map_err(|error| Failure::malformed("the certificate", error))
     }
 
-    /// Checks that all numbers are finite, all sizes agree, and that each claim has those on which it rests.
+    /// Checks that all numbers are finite, all sizes agree, and each claim is accompanied by those on which it rests.
     ///
     /// # Errors
     /// [`Failure::Malformed`] with the first field that does not fit.
@@ -117,8 +117,8 @@ impl Certificate {
         self.check_claims()
     }
 
-    /// Checks the claims: there is at least one, none twice, each about this loop; and that each model error is covered
-    /// by one.
+    /// Checks that there is at least one claim, none twice, that each is about this loop, and that each model error is
+    /// covered by a claim.
     fn check_claims(&self) -> Result<(), Failure> {
         at_least_one("claims", "entries", (self.claims.len(), "claims"))?;
         for (i, claim) in self.claims.iter().enumerate() {
@@ -141,7 +141,7 @@ impl Certificate {
         Ok(())
     }
 
-    /// Checks that the claims are there on which one rests.
+    /// Checks that the certificate contains the claims on which `claim` rests.
     fn check_needs(&self, claim: &Claim, path: &str) -> Result<(), Failure> {
         let wrong = |reason: &str| Err(Failure::malformed(path, reason));
         let (with_error, rests_on_gain) = match claim {
@@ -172,21 +172,22 @@ impl Certificate {
         }
     }
 
-    /// The loop.
+    /// Returns the loop.
     pub(crate) fn system(&self) -> Loop<'_> {
         let Self { discrete, blocks, controller_blocks, plant, controller, errors, .. } = self;
         Loop { discrete: *discrete, blocks, controller_blocks, plant, controller, errors }
     }
 
-    /// The states of the plant that the loop with limits consists of: those that controls or Delta move, also through
-    /// channels and other states, and that in turn move measurements, channels or Delta. The others are filters of w,
-    /// in whose place the steps act, or of z.
+    /// Returns the states of the plant that belong to the loop with limits: those driven by controls or Delta, also
+    /// through channels and other states, that in turn act on measurements, channels or Delta. The others are filters
+    /// of w, which the steps replace, or of z.
     pub fn moving_states(&self) -> Vec<usize> {
         self.system().moving_states()
     }
 
-    /// The y that jumps by as much as an input w steps, where the loop of [`Self::moving_states`] gets nothing else of
-    /// the step; `None` where it does, for the states that are left out would take a part of the step with them.
+    /// Returns the measurement y that jumps by exactly the step of an input w, if the step acts on the loop of
+    /// [`Self::moving_states`] in no other way; otherwise `None`, because the omitted states would carry a part of the
+    /// step.
     pub fn jumping_measurement(&self, input: usize) -> Option<usize> {
         self.system().jumping_measurement(input)
     }

@@ -1,4 +1,4 @@
-//! The claims of a certificate: each has its matrices, the check of their sizes, the proof, and what it states.
+//! Claims of a certificate, each with its matrices, the check of their sizes, the proof, and its statement.
 
 pub(crate) mod constant;
 mod filtered;
@@ -14,26 +14,26 @@ pub use gain::Gain;
 pub use limits::{LimitTheorem, Limits};
 pub use rate::{Rate, RateTheorem};
 
-use proved::Proved;
+use proved::Provable;
 use serde::{Deserialize, Serialize};
 
-/// A claim about the closed loop of a certificate, with the matrices that prove it.
+/// Claim about the closed loop of a certificate, with the matrices that prove it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Claim {
-    /// The gain for parameters that vary arbitrarily fast.
+    /// Gain for parameters that vary arbitrarily fast.
     Gain(Gain),
-    /// The gain for a parameter with a bounded rate.
+    /// Gain for a parameter with a bounded rate.
     Rate(Rate),
-    /// A step with saturated commands.
+    /// Step with saturated commands.
     Limits(Limits),
-    /// The gain for parameters some of which are constant.
+    /// Gain with some parameters constant.
     Constant(Constant),
 }
 
 impl Claim {
-    /// The key of the file, and the claim as the prover sees it.
-    pub(crate) fn parts(&self) -> (&'static str, &dyn Proved) {
+    /// Returns the key in the file, and the claim as a trait object.
+    pub(crate) fn parts(&self) -> (&'static str, &dyn Provable) {
         match self {
             Self::Gain(claim) => ("gain", claim),
             Self::Rate(claim) => ("rate", claim),
@@ -42,7 +42,7 @@ impl Claim {
         }
     }
 
-    /// Whether it may be made of a loop in discrete time.
+    /// Returns `true` if the claim is available in discrete time.
     pub(crate) fn holds_in_discrete_time(&self) -> bool {
         matches!(self, Self::Gain(Gain { lambda: None, .. }))
     }

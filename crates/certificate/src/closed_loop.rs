@@ -1,4 +1,4 @@
-//! The closed loop of plant and controller, formed exactly.
+//! Exact closed loop of plant and controller.
 
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
@@ -8,8 +8,8 @@ use crate::plant::{ModelError, Rows};
 use crate::shape::{Sizes, columns};
 use crate::system::Loop;
 
-/// The closed loop with the states (x, xk), the channels (zt, zk), (wt, wk), and, with a model error, the output
-/// w_Delta and the input z_Delta of Delta:
+/// Closed loop with the states (x, xk), the channels (zt, zk), (wt, wk), and, with a model error, the output w_Delta
+/// and the input z_Delta of Delta:
 ///
 /// ```text
 /// (x, xk)'  = state   (x, xk | wt, wk | w)  + e w_Delta
@@ -20,8 +20,7 @@ use crate::system::Loop;
 ///
 /// with `(x, xk)+` in place of `(x, xk)'` in discrete time.
 ///
-/// The matrices are multiplied by `scale`, which is `|det(I - Duy D22)|` times a power of two, so that no entry is a
-/// fraction.
+/// All matrices are multiplied by `scale`, `|det(I - Duy D22)|` times a power of two, so that no entry is a fraction.
 pub(crate) struct ClosedLoop {
     pub(crate) discrete: bool,
     pub(crate) states: usize,
@@ -31,13 +30,13 @@ pub(crate) struct ClosedLoop {
     pub(crate) state: Matrix,
     pub(crate) channel: Matrix,
     pub(crate) output: Matrix,
-    /// `error` and `e`, those of several model errors below and beside each other.
+    /// `error` and `e`; several model errors are stacked in rows and columns, respectively.
     pub(crate) delta: Option<(Matrix, Matrix)>,
-    /// The parameter of each channel: plant's, controller's, then one for each limit.
+    /// Parameter of each channel: plant's, controller's, then one for each limit.
     pub(crate) parameters: Vec<usize>,
 }
 
-/// Where the parts of (x, xk | wt, wk | w) begin.
+/// First columns of the parts of (x, xk | wt, wk | w).
 struct Columns {
     x: usize,
     xk: usize,
@@ -55,9 +54,9 @@ impl ClosedLoop {
     /// substitution of u and y into the plant's and the controller's rows.
     ///
     /// # Errors
-    /// [`Failure::NotWellPosed`] when `I - Duy D22` is singular.
-    pub(crate) fn new(of: Loop<'_>, errors: &[ModelError]) -> Result<Self, Failure> {
-        let (p, k, s) = (of.plant, of.controller, of.sizes());
+    /// [`Failure::NotWellPosed`] if `I - Duy D22` is singular.
+    pub(crate) fn new(system: Loop<'_>, errors: &[ModelError]) -> Result<Self, Failure> {
+        let (p, k, s) = (system.plant, system.controller, system.sizes());
         let c = Columns::new(s);
         let place = |parts: &[(&Rows, usize, usize)]| {
             let mut m = Matrix::zeros(parts[0].0.len(), c.all);
@@ -90,15 +89,15 @@ impl ClosedLoop {
             if !error.fw.is_empty() {
                 open.place(0, c.w, &Matrix::from_rows(&error.fw, s.w));
             }
-            let (seen, columns) = (from_u(open, &error.fu), columns(&error.e));
+            let (rows, columns) = (from_u(open, &error.fu), columns(&error.e));
             let (above, before) = delta.unwrap_or((Matrix::zeros(0, c.all), Matrix::zeros(s.x + s.xk, 0)));
             let mut e = Matrix::zeros(s.x + s.xk, before.cols + columns);
             e.place(0, 0, &before);
             e.place(0, before.cols, &Matrix::from_rows(&error.e, columns).scaled(&scale));
-            delta = Some((above.above(seen), e));
+            delta = Some((above.above(rows), e));
         }
         Ok(Self {
-            discrete: of.discrete,
+            discrete: system.discrete,
             states: s.x + s.xk,
             channels: s.t + s.tk,
             inputs: s.w,
@@ -106,7 +105,7 @@ impl ClosedLoop {
             channel: zt.above(zk),
             output: z,
             delta,
-            parameters: parameters(of.blocks).chain(parameters(of.controller_blocks)).collect(),
+            parameters: parameters(system.blocks).chain(parameters(system.controller_blocks)).collect(),
             scale,
         })
     }
@@ -120,7 +119,7 @@ impl Columns {
     }
 }
 
-/// The parameter of each channel of `blkdiag(theta_i I_ri)`.
+/// Returns the parameter of each channel of `blkdiag(theta_i I_ri)`.
 fn parameters(blocks: &[usize]) -> impl Iterator<Item = usize> {
     blocks.iter().enumerate().flat_map(|(i, &r)| std::iter::repeat_n(i, r))
 }

@@ -1,48 +1,49 @@
-//! Errors of a certificate: in the file, or in its proof.
+//! Errors of a certificate, in the file or in its proof.
 
 use crate::strict::JsonError;
 use std::fmt::Display;
 use thiserror::Error;
 
-/// Why a certificate cannot be read, or the first thing that failed in its proof. Rows and columns count from 0.
+/// First error of a certificate: in its file, or a violated condition of its proof. Rows and columns count from 0.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Failure {
-    /// The text is not JSON, or a value is of the wrong kind.
+    /// Invalid JSON, or a value of the wrong type.
     #[error(transparent)]
     Json(#[from] JsonError),
-    /// Sizes do not agree, a number is not finite, or a claim lacks another that it extends.
+    /// Inconsistent sizes, a number that is not finite, or a claim without another on which it rests.
     #[error("{path}: {reason}")]
     Malformed { path: String, reason: String },
-    /// Plant and controller do not determine u and y.
+    /// Plant and controller that do not determine u and y.
     #[error(
         "the claim is not proved: the loop is not well posed, for I - Duy D22 is singular (its determinant is \
             exactly 0); another controller is needed, one with another Duy"
     )]
     NotWellPosed,
-    /// A number violates a condition.
+    /// Number that violates a condition.
     #[error("{claim} is not proved: {reason}")]
     Condition { claim: String, reason: String },
-    /// A matrix is not symmetric or skew, or couples channels of different parameters.
+    /// Matrix that is not symmetric or skew, or couples channels of different parameters.
     #[error("{claim} is not proved: {reason}")]
     Structure { claim: String, reason: String },
-    /// A matrix is not definite, or not shown to be; with a pivot of its elimination that shows so.
+    /// Matrix that is not definite, with the offending pivot of its elimination, or not shown to be definite, without
+    /// one.
     #[error("{claim} is not proved: {reason}")]
     NotDefinite { claim: String, reason: String, pivot: Option<f64> },
 }
 
 impl Failure {
-    /// [`Failure::Malformed`].
+    /// Creates a [`Failure::Malformed`].
     pub(crate) fn malformed(path: impl Into<String>, reason: impl Display) -> Self {
         Self::Malformed { path: path.into(), reason: reason.to_string() }
     }
 
-    /// [`Failure::Malformed`] of a value that is not allowed.
+    /// Creates a [`Failure::Malformed`] for a value that is not allowed.
     pub(crate) fn found(path: impl Into<String>, found: impl Display, allowed: &str) -> Self {
         Self::malformed(path, format_args!("found {found}, allowed is {allowed}"))
     }
 
-    /// [`Failure::Condition`].
+    /// Creates a [`Failure::Condition`].
     pub(crate) fn condition(claim: &str, reason: impl Display) -> Self {
         Self::Condition { claim: claim.into(), reason: reason.to_string() }
     }

@@ -1,4 +1,4 @@
-//! Exact arithmetic: numbers, matrices, and whether they are definite.
+//! Exact arithmetic: numbers, matrices, and tests of definiteness.
 
 pub(crate) mod definite;
 pub(crate) mod dyadic;

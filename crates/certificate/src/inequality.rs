@@ -1,29 +1,29 @@
-//! The matrix of the linear matrix inequality, formed exactly.
+//! Exact matrix of the linear matrix inequality.
 
 use crate::closed_loop::ClosedLoop;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 
-/// A symmetric matrix whose rows come in named blocks.
+/// Symmetric matrix with named blocks of rows.
 pub(crate) struct Blocked {
     pub(crate) matrix: Matrix,
     /// Name and size of each block of rows.
     pub(crate) blocks: Vec<(&'static str, usize)>,
-    /// The factor by which the matrix is multiplied.
+    /// Factor by which the matrix is multiplied.
     pub(crate) scale: Dyadic,
 }
 
-/// The matrices of a proof.
+/// Matrices and multipliers of a proof.
 pub(crate) struct Scalings {
     pub(crate) gamma: Dyadic,
-    /// The multiplier of Delta; unused without a model error.
+    /// Multiplier of Delta; unused without a model error.
     pub(crate) lambda: Dyadic,
     pub(crate) x: Matrix,
     pub(crate) s: Matrix,
     pub(crate) t: Matrix,
 }
 
-/// The matrix that must be negative definite, `G + G'` with
+/// Returns the matrix that must be negative definite, `G + G'` with
 ///
 /// ```text
 ///              x     wt    w_D         w           zt     z_D         z
@@ -36,9 +36,9 @@ pub(crate) struct Scalings {
 /// z        [ C1    D1t              D11                             -gamma/2   ]
 /// ```
 ///
-/// The blocks w_D and z_D occur only with a model error. In discrete time the rows of X stand in a block x+, behind w,
-/// with `-X/2` on the diagonal there and in the block x. The whole matrix is multiplied by the `scale` of
-/// [`ClosedLoop`], which is positive.
+/// The blocks w_D and z_D occur only with a model error. In discrete time the rows of X form a block x+, after w, with
+/// `-X/2` on the diagonal there and in the block x. The matrix is multiplied by the `scale` of [`ClosedLoop`], which is
+/// positive.
 pub(crate) fn inequality(closed: &ClosedLoop, proof: &Scalings) -> Blocked {
     let (n, r, w, z) = (closed.states, closed.channels, closed.inputs, closed.output.rows);
     let (d, f) = closed.delta.as_ref().map_or((0, 0), |(error, e)| (e.cols, error.rows));
@@ -87,7 +87,7 @@ pub(crate) fn inequality(closed: &ClosedLoop, proof: &Scalings) -> Blocked {
     Blocked { matrix, blocks, scale: closed.scale.clone() }
 }
 
-/// The row in which each block begins, and the number of all rows.
+/// Returns the first row of each block, and the number of rows.
 pub(crate) fn starts(blocks: &[(&'static str, usize)]) -> (Vec<usize>, usize) {
     let (mut starts, mut all) = (vec![], 0);
     for (_, size) in blocks {
@@ -98,7 +98,7 @@ pub(crate) fn starts(blocks: &[(&'static str, usize)]) -> (Vec<usize>, usize) {
 }
 
 impl Blocked {
-    /// The block of a row, and the row within it.
+    /// Returns the block of a row, and the row within it.
     pub(crate) fn locate(&self, row: usize) -> (&'static str, usize) {
         let mut start = 0;
         for &(name, size) in &self.blocks {

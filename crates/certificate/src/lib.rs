@@ -14,13 +14,13 @@
 //! x' = A x + Bt wt + B1 w,   zt = Ct x + Dtt wt + Dt1 w,   z = C1 x + D1t wt + D11 w,   wt = Theta_e zt
 //! ```
 //!
-//! where those of the plant come first among the states and the channels of `Theta_e = blkdiag(Theta, Theta)`.
+//! where the states and channels of the plant come first, and `Theta_e = blkdiag(Theta, Theta)`.
 //!
 //! *The claim `gain`.* For every measurable trajectory with `|theta_i(t)| <= 1` the parameter loop is well posed, the
 //! closed loop is exponentially stable, and its L2 gain from w to z is below gamma.
 //!
-//! A certificate with the claim `rate` may do without this one, and then has none of the claims with model error and
-//! `limits`: nothing is claimed of a parameter that moves faster than its rate.
+//! A certificate with the claim `rate` may omit this one, together with the claims with model error and `limits`:
+//! nothing is then claimed about a parameter that changes faster than its rate.
 //!
 //! *Conditions, checked without rounding.* `gamma > 0`; `X = X' > 0`; `S = S' > 0` and `T = -T'` commute with
 //! `Theta_e`; and
@@ -40,13 +40,13 @@
 //!   whenever `wt = Theta_e zt`. Theta_e T is skew, because `(Theta_e T)' = -T Theta_e = -Theta_e T`; so `wt'T zt =
 //!   0`.
 //! - *Well-posedness.* Rows and columns wt and zt alone, after a Schur complement, read
-//!   `-S + T Dtt + Dtt'T' + Dtt'S Dtt < 0`. If `I - Theta_e Dtt` were singular there would be `wt = Theta_e zt != 0`
+//!   `-S + T Dtt + Dtt'T' + Dtt'S Dtt < 0`. If `I - Theta_e Dtt` were singular, there would be `wt = Theta_e zt != 0`
 //!   with `zt = Dtt wt`, and that matrix would give `-wt'S wt + 2 wt'T zt + zt'S zt >= 0`, a contradiction. On the
 //!   compact box the inverse is then bounded, and the loop has measurable, bounded coefficients.
-//! - *Stability and gain.* Schur complements of the rows zt and z turn the inequality into: for some `eps > 0`, all
-//!   x, wt, w, and `V = x'X x`, `dV/dt + (zt'S zt - wt'S wt) + 2 wt'T zt + z'z/gamma - gamma w'w <= -eps (x'x +
-//!   w'w)`. The two terms of the parameters are non-negative along the loop. With `w = 0`, V decays exponentially;
-//!   from `x(0) = 0`, integrated, the energy of z is at most `gamma^2 - eps gamma` times that of w.
+//! - *Stability and gain.* Schur complements of the rows zt and z give, for some `eps > 0`, all x, wt, w, and
+//!   `V = x'X x`, `dV/dt + (zt'S zt - wt'S wt) + 2 wt'T zt + z'z/gamma - gamma w'w <= -eps (x'x + w'w)`. The two terms
+//!   of the parameters are non-negative along the loop. With `w = 0`, V decays exponentially; integrated from
+//!   `x(0) = 0`, the energy of z is at most `gamma^2 - eps gamma` times that of w.
 //!
 //! *With a direct path* `D22` of the plant, `y = C2 x + D2t wt + D21 w + D22 u`: with `wt = 0` and `wk = 0`, i.e.
 //! at `Theta = 0`, u and y are determined by the states and w if and only if `I - Duy D22` is regular. This is
@@ -72,10 +72,10 @@
 //! ```
 //!
 //! must be negative definite at every theta of the interval, with x', zt and z the rows of the closed loop in terms of
-//! xi. It is a matrix polynomial in theta, and is so if its Bernstein coefficients on the interval are, which exact
-//! arithmetic decides. The breakpoints ascend from -1 to 1, and `X_0` must be positive definite. (F. Wu, X. H. Yang,
-//! A. Packard, G. Becker, Int. J. Robust Nonlinear Control 6, 1996; the multiplier: P. Finsler, Comment. Math. Helv.
-//! 9, 1937.) Why this suffices:
+//! xi. It is a matrix polynomial in theta, and negative definite on the interval if its Bernstein coefficients there
+//! are, which exact arithmetic decides. The breakpoints ascend from -1 to 1, and `X_0` must be positive definite. (F.
+//! Wu, X. H. Yang, A. Packard, G. Becker, Int. J. Robust Nonlinear Control 6, 1996; the multiplier: P. Finsler,
+//! Comment. Math. Helv. 9, 1937.) Why this suffices:
 //!
 //! - *Well-posedness.* If `wt = theta Dtt wt` with wt not 0, then q of `(0, wt, 0)` is `z'z/gamma >= 0`.
 //! - *X(theta) is positive definite.* With `w = 0` and wt from the loop, the mean of the two signs is `2 x'X(theta)
@@ -88,16 +88,18 @@
 //! With `lambda` the claim covers the model error: `lambda (z_D'z_D - w_D'w_D)` is added to q, and xi gets w_D.
 //!
 //! With `inverse` the matrices are those of the transposed loop, `A', Ct', C1', ...` in place of `A, Bt, B1, ...`. At
-//! each theta, wt put in, its inequality is `[A Q + Q A' -+ rate dQ/dtheta, Q C', B; *, -gamma I, D; *, *, -gamma I] <
-//! 0` with `Q = X(theta)`, and multiplied by `blkdiag(Q^-1, I, I)` from both sides it is that of the loop itself with
-//! the Lyapunov matrix `Q^-1`, whose derivative is `-Q^-1 dQ/dtheta Q^-1`; lambda becomes 1/lambda.
+//! each theta, with wt eliminated, its inequality is
+//! `[A Q + Q A' -+ rate dQ/dtheta, Q C', B; *, -gamma I, D; *, *, -gamma I] < 0` with `Q = X(theta)`, and multiplied by
+//! `blkdiag(Q^-1, I, I)` from both sides it is that of the loop itself with the Lyapunov matrix `Q^-1`, whose
+//! derivative is `-Q^-1 dQ/dtheta Q^-1`; lambda becomes 1/lambda.
 //!
 //! *With limits* (the claim `limits`): the plant gets `u - phi`, xk' gets `E phi`, with `phi = u - sat(u)`, and sat
-//! saturates each command at `limit_j` or above, in both directions. Of the plant only the states count that controls
-//! or Delta move, also through channels, and that channels, Delta or y see ([`Certificate::moving_states`]): the others
-//! are filters of w, in whose place one of its components steps from 0 to any r with `|r| <= size` and, later, back, or
-//! weights that only z sees. While the step is held, x stands for the state less `r x_held`. With `V = x'Xx` and the
-//! model error, of whose Delta only the first `delta_rows` rows may differ from 0 if the file says so, the form
+//! limits each command at `limit_j` or above, in both directions. Only those states of the plant count that controls or
+//! Delta drive, also through channels, and that act on channels, Delta or y ([`Certificate::moving_states`]). The
+//! others are weights that only z depends on, or filters of w. In place of these filters, one component of w steps from
+//! 0 to any r with `|r| <= size` and, later, back. While the step is held, x denotes the state minus `r x_held`. With
+//! `V = x'Xx` and the model error (only the first `delta_rows` rows of Delta may differ from 0, if the file has this
+//! key), the form
 //!
 //! ```text
 //! dV/dt + decay V - decay beta (r/size)^2 + zt'S zt - wt'S wt + 2 wt'T zt + lambda (z_D'z_D - w_D'w_D)
@@ -106,25 +108,26 @@
 //!
 //! must be negative definite in (x, wt, phi, w_D, r); `X > 0`; `size^2 x_held'X x_held < beta`; and for each command
 //! `size |u_held_j| <= limit_j/2` and `[X h_j'; h_j limit_j^2/(4 beta)] > 0`. The rates of the plant's states in
-//! `rates` are saturated, too: such a state moves by `x_i' - phi_j`, x_i' as the plant has it and `phi_j =
-//! x_i' - sat(x_i')`, and x_i' stands among the u of the form. Delta does not move these states. *Claim:* from rest V
-//! stays below beta while the step is held, is below `4 beta` when it has been taken back, and decays from there at
-//! least as `exp(-decay t)`.
+//! `rates` are saturated, too: the derivative of such a state is `x_i' - phi_j`, with x_i' from the plant's equations
+//! and `phi_j = x_i' - sat(x_i')`; x_i' is one of the u of the form. Delta does not act on these states. *Claim:* from
+//! rest, V stays below beta while the step is held, is below `4 beta` when it has been removed, and then decays at
+//! least as fast as `exp(-decay t)`.
 //!
-//! - *The region.* Where V < beta, `|h_j x + r u_held_j| < limit_j`; with r = 0 also where `V < 4 beta`. Where phi_j
-//!   is positive, `u_j - phi_j` is a limit, at or above `limit_j`, so that the factor behind it is positive; likewise
-//!   where it is negative: the term of U is not negative. At V = beta then `dV/dt < 0`. The step back adds `r x_held`
-//!   to x, and so less than the root of beta to that of V.
-//! - *Well-posedness.* With `e = u - H x - r u_held` and `s = 2 phi - e`, `4 phi'U (e - phi) = e'U e - s'U s`: the
-//!   form is the inequality of a loop with further parameters, `s_j = delta_j e_j`, `|delta_j| <= 1`, and is proved
-//!   as that, with `decay/2` added to A. For two values of u the phi differ by shares of the difference between 0 and
-//!   1, which are such parameters; so u, and what phi makes of it at a theta, are one to one, as wt and zt are.
-//! - *Rates.* The phi of a rate has the sign of the excess over its limit, as that of a command: nothing above depends
-//!   on where the u of a phi comes from, or on what a phi moves. (The lag with a limited rate as a second saturation:
-//!   F. Tyan, D. S. Bernstein, Int. J. Control 67(4), 1997.)
+//! - *The region.* Where V < beta, `|h_j x + r u_held_j| < limit_j`; with r = 0 also where `V < 4 beta`. Where phi_j is
+//!   positive, `u_j - phi_j` is at the upper limit, which is at least `limit_j`, so that the other factor is positive;
+//!   likewise where phi_j is negative. So the term of U is not negative, and `dV/dt < 0` at V = beta. Removing the step
+//!   adds `r x_held` to x, and so less than the square root of beta to that of V.
+//! - *Well-posedness.* With `e = u - H x - r u_held` and `s = 2 phi - e`, `4 phi'U (e - phi) = e'U e - s'U s`: the form
+//!   is the inequality of a loop with further parameters, `s_j = delta_j e_j`, `|delta_j| <= 1`, and is proved as such,
+//!   with `decay/2` added to A. For two values of u, the phi differ by a share of the difference, between 0 and 1,
+//!   which corresponds to such parameters. So the loop equation for u is one to one at each theta, as that for wt and
+//!   zt is.
+//! - *Rates.* The phi of a rate has the sign of the excess over its limit, like that of a command; nothing above
+//!   depends on the origin of the u of a phi, or on the signals on which a phi acts. (A lag with a limited rate as a
+//!   second saturation: F. Tyan, D. S. Bernstein, Int. J. Control 67(4), 1997.)
 //!
-//! *In discrete time* (`discrete`) `x+`, the state at the next tick, stands in place of `x'`, and the sums of squares
-//! over the ticks in place of the energies. There is the claim `gain` alone, without model error; its inequality is
+//! *In discrete time* (`discrete`), `x+`, the state at the next tick, replaces `x'`, and the sums of squares over the
+//! ticks replace the energies. Only the claim `gain` without model error is available; its inequality is
 //!
 //! ```text
 //! [ -X    Ct'T'              0         A'X     Ct'S    C1'  ]
@@ -135,20 +138,21 @@
 //! [  *      *                  *        *      *   -gamma I]
 //! ```
 //!
-//! Schur complements of the rows x+, zt and z turn it into `x+'X x+ - x'X x + (zt'S zt - wt'S wt) + 2 wt'T zt +
-//! z'z/gamma - gamma w'w <= -eps (x'x + w'w)`. From there everything is as above, summed in place of integrated: for
-//! every sequence of Theta in the box the loop is well posed and exponentially stable, and its l2 gain is below gamma.
-//! (P. Gahinet, P. Apkarian, Int. J. Robust Nonlinear Control 4, 1994.)
+//! Schur complements of the rows x+, zt and z turn it into
+//! `x+'X x+ - x'X x + (zt'S zt - wt'S wt) + 2 wt'T zt + z'z/gamma - gamma w'w <= -eps (x'x + w'w)`. The rest is as
+//! above, with sums in place of integrals: for every sequence of Theta in the box the loop is well posed and
+//! exponentially stable, and its l2 gain is below gamma. (P. Gahinet, P. Apkarian, Int. J. Robust Nonlinear Control 4,
+//! 1994.)
 //!
 //! # What it does not cover
 //!
-//! - Saturation of the actuators but in the claim `limits`: for all else the loop is linear at every
+//! - Saturation of the actuators, except in the claim `limits`: in all other claims the loop is linear at every
 //!   instant.
 //! - Sampling: in continuous time the controller is the continuous one of the file, with Theta(t) measured without
-//!   delay or error; in discrete time nothing is said of what lies between the ticks.
+//!   delay or error; in discrete time nothing is claimed between the ticks.
 //! - The nonlinear vehicle: the plant is the LPV model of the file. A model error covers those of its `A`, `B1` and
-//!   `B2`, as large as the file states, and no others.
-//! - Whether plant and controller in the file are those in use: their user must compare them.
+//!   `B2`, up to the size that the file states, and no others.
+//! - A plant or controller other than those of the file: users must compare them with those in use.
 //!
 //! # Exactness
 //!
@@ -177,11 +181,11 @@
 //! ```
 //!
 //! - [`Certificate`], [`Plant`], [`Controller`], [`ModelError`]: the loop of the file;
-//! - [`Claim`]: its claims, each in a file of `claim/`; that for parameters some of which are constant, and why its
-//!   conditions suffice, is in `claim/constant.rs`;
-//! - [`Certificate::prove`]: the proof; [`Theorem`] or [`Failure`] is its outcome;
+//! - [`Claim`]: its claims, each in a file of `claim/`; the one with constant parameters is explained and proved in
+//!   `claim/constant.rs`;
+//! - [`Certificate::prove`]: the proof, with a [`Theorem`] or a [`Failure`] as its result;
 //! - [`lower_bound`]: a gamma below which no controller exists, proved from [`Multipliers`];
-//! - [`from_json`]: reads JSON strictly, also other files; [`JsonError`] has the path to the error.
+//! - [`from_json`]: a strict JSON reader, also for other files; a [`JsonError`] contains the path to the error.
 
 mod certificate;
 mod claim;

@@ -1,11 +1,11 @@
-//! Plant, controller and model error as in the file.
+//! Plant, controller and model error, as in the file.
 
 use serde::{Deserialize, Serialize};
 
-/// A matrix as a list of rows; one with rows but no columns is a list of empty rows.
+/// Matrix as a list of rows; a matrix with rows but no columns is a list of empty rows.
 pub type Rows = Vec<Vec<f64>>;
 
-/// The generalised plant.
+/// Generalised plant.
 ///
 /// ```text
 /// x' = A x + Bt wt + B1 w + B2 u
@@ -32,12 +32,12 @@ pub struct Plant {
     pub d12: Rows,
     pub d2t: Rows,
     pub d21: Rows,
-    /// The direct path from u to y; an empty list, or no such key in the file, means 0.
+    /// Direct path from u to y; an empty list, or no such key in the file, means 0.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub d22: Rows,
 }
 
-/// The controller.
+/// LPV controller.
 ///
 /// ```text
 /// xk' = A xk + By y + Bt wk
@@ -62,12 +62,12 @@ pub struct Controller {
 macro_rules! named {
     ($of:ty, $count:literal: $($field:ident $key:literal),*) => {
         impl $of {
-            /// The matrices that every file contains, row by row of the equations, with their keys.
+            /// Returns the matrices that every file contains, row by row of the equations, with their keys.
             pub fn named(&self) -> [(&'static str, &Rows); $count] {
                 [$(($key, &self.$field)),*]
             }
 
-            /// The same, to be changed.
+            /// Returns the same matrices, mutable.
             pub fn named_mut(&mut self) -> [(&'static str, &mut Rows); $count] {
                 [$(($key, &mut self.$field)),*]
             }
@@ -79,24 +79,24 @@ named!(Plant, 15: a "A", bt "Bt", b1 "B1", b2 "B2", ct "Ct", dtt "Dtt", dt1 "Dt1
     c1 "C1", d1t "D1t", d11 "D11", d12 "D12", c2 "C2", d2t "D2t", d21 "D21");
 named!(Controller, 9: a "A", by "By", bt "Bt", cu "Cu", duy "Duy", dut "Dut", ct "Ct", dty "Dty", dtt "Dtt");
 
-/// A model error: `[A B1 B2]` of the plant becomes `[A B1 B2] + E Delta(t) [F Fw Fu]`, for every measurable Delta(t)
-/// with a largest singular value of at most 1.
+/// Model error: `[A B1 B2]` of the plant becomes `[A B1 B2] + E Delta(t) [F Fw Fu]`, for every measurable Delta(t) with
+/// a largest singular value of at most 1.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "PascalCase", deny_unknown_fields)]
 pub struct ModelError {
-    /// n x ne.
+    /// Input matrix of Delta, n x ne.
     pub e: Rows,
-    /// nf x n.
+    /// Output matrix of Delta for x, nf x n.
     pub f: Rows,
-    /// nf x w; an empty list, or no such key in the file, means 0.
+    /// Output matrix of Delta for w, nf x w; an empty list, or no such key in the file, means 0.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fw: Rows,
-    /// nf x u.
+    /// Output matrix of Delta for u, nf x u.
     pub fu: Rows,
 }
 
 impl Plant {
-    /// D22; `None` if it is 0.
+    /// Returns D22; `None` if it is 0.
     pub fn direct_path(&self) -> Option<&Rows> {
         Some(&self.d22).filter(|rows| rows.iter().flatten().any(|entry| *entry != 0.0))
     }

@@ -1,4 +1,4 @@
-//! The prover: it walks the claims.
+//! Proof of all claims of a certificate.
 
 use crate::certificate::Certificate;
 use crate::error::Failure;
@@ -8,7 +8,7 @@ impl Certificate {
     /// Proves every claim of the certificate in exact arithmetic.
     ///
     /// # Errors
-    /// [`Failure`], the first condition that is violated. The claim may still be true, with other matrices.
+    /// [`Failure`], the first violated condition. The claim may still be true, with other matrices.
     pub fn prove(&self) -> Result<Theorem, Failure> {
         self.check()?;
         self.claims.iter().try_for_each(|claim| claim.parts().1.prove(self.system()))?;

@@ -3,48 +3,48 @@
 use crate::error::Failure;
 use crate::plant::Rows;
 
-/// A number of rows or columns, and their signal.
+/// Number of rows or columns, and the name of their signal.
 pub(crate) type Size = (usize, &'static str);
 
-/// The sizes of the partition of a loop.
+/// Sizes of the partition of a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Sizes {
-    /// States of the plant.
+    /// Number of states of the plant.
     pub(crate) x: usize,
-    /// States of the controller.
+    /// Number of states of the controller.
     pub(crate) xk: usize,
-    /// Channels of the plant.
+    /// Number of channels of the plant.
     pub(crate) t: usize,
-    /// Channels of the controller.
+    /// Number of channels of the controller.
     pub(crate) tk: usize,
-    /// Inputs.
+    /// Number of inputs w.
     pub(crate) w: usize,
-    /// Outputs.
+    /// Number of outputs z.
     pub(crate) z: usize,
-    /// Controls.
+    /// Number of controls u.
     pub(crate) u: usize,
-    /// Measurements.
+    /// Number of measurements y.
     pub(crate) y: usize,
 }
 
 impl Sizes {
-    /// States of plant and controller.
+    /// Returns the number of states of plant and controller.
     pub(crate) fn states(self) -> Size {
         (self.x + self.xk, "states of plant and controller")
     }
 
-    /// Channels of plant and controller.
+    /// Returns the number of channels of plant and controller.
     pub(crate) fn channels(self) -> Size {
         (self.t + self.tk, "channels of plant and controller")
     }
 
-    /// Controls.
+    /// Returns the number of controls.
     pub(crate) fn controls(self) -> Size {
         (self.u, "controls u")
     }
 }
 
-/// The number of columns; 0 without rows.
+/// Returns the number of columns; 0 without rows.
 pub(crate) fn columns(rows: &Rows) -> usize {
     rows.first().map_or(0, Vec::len)
 }
@@ -78,15 +78,15 @@ pub(crate) fn check_list(field: &str, list: &[f64], (size, meaning): Size) -> Re
 }
 
 pub(crate) fn check_matrix(field: &str, m: &Rows, rows: Size, cols: Size) -> Result<(), Failure> {
-    let wrong = |found: String, (expected, meaning): Size| {
+    let malformed = |found: String, (expected, meaning): Size| {
         Err(Failure::malformed(field, format_args!("{found}, must have {expected} ({meaning})")))
     };
     if m.len() != rows.0 {
-        return wrong(format!("found {} rows", m.len()), rows);
+        return malformed(format!("found {} rows", m.len()), rows);
     }
     for (i, row) in m.iter().enumerate() {
         if row.len() != cols.0 {
-            return wrong(format!("row {i} has {} numbers", row.len()), cols);
+            return malformed(format!("row {i} has {} numbers", row.len()), cols);
         }
         row.iter().enumerate().try_for_each(|(j, &x)| check_number(&format!("{field}[{i}][{j}]"), x))?;
     }

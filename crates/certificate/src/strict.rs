@@ -1,20 +1,20 @@
-//! Reads JSON strictly: with its types, no key occurs twice, none is unknown, and every number is a finite f64.
+//! Strict JSON reader: types must match, no key may occur twice or be unknown, and every number must be a finite f64.
 
 use serde::de::{Deserialize, DeserializeOwned, Deserializer};
 use std::fmt;
 
-/// The first problem of a text.
+/// First error of a text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct JsonError {
-    /// The path to the value, such as `plant.A[0][1]`; empty for the whole.
+    /// Path to the value, such as `plant.A[0][1]`; empty for the document itself.
     pub path: String,
-    /// The line of the text, from 1.
+    /// Line of the text, from 1.
     pub line: usize,
-    /// The column, from 1.
+    /// Column, from 1.
     pub column: usize,
-    /// What was found, and what is allowed.
+    /// Found value and allowed values.
     pub reason: String,
-    /// Whether the text is JSON with finite numbers.
+    /// `true` if the text is JSON with finite numbers.
     pub is_json: bool,
 }
 
@@ -32,9 +32,9 @@ impl fmt::Display for JsonError {
 /// Reads a text.
 ///
 /// # Errors
-/// [`JsonError`], the first problem.
+/// [`JsonError`], the first error.
 pub fn from_json<T: DeserializeOwned>(text: &str) -> Result<T, JsonError> {
-    // A list would be read as an object whose keys have an order.
+    // serde would read a list as a struct with its fields in order.
     if text.trim_start().starts_with('[') {
         let (path, reason) = (String::new(), "found a list, must be an object".into());
         return Err(JsonError { path, line: 1, column: 1, reason, is_json: true });
@@ -46,15 +46,15 @@ pub fn from_json<T: DeserializeOwned>(text: &str) -> Result<T, JsonError> {
     read.map_err(|(path, error)| {
         let (line, column) = (error.line(), error.column());
         let reason = error.to_string();
-        let place = format!(" at line {line} column {column}");
-        let reason = in_plain_words(reason.strip_suffix(&place).unwrap_or(&reason));
+        let position = format!(" at line {line} column {column}");
+        let reason = in_json_terms(reason.strip_suffix(&position).unwrap_or(&reason));
         JsonError { path, line, column, reason, is_json: error.is_data() }
     })
 }
 
-/// The names of types in terms of JSON.
-fn in_plain_words(reason: &str) -> String {
-    const WORDS: [(&str, &str); 6] = [
+/// Replaces the type names of serde by those of JSON.
+fn in_json_terms(reason: &str) -> String {
+    const TERMS: [(&str, &str); 6] = [
         ("expected f64", "expected a number"),
         ("expected usize", "expected a whole number from 0"),
         ("expected a sequence", "expected a list"),
@@ -66,13 +66,13 @@ fn in_plain_words(reason: &str) -> String {
         Some((found, _)) => format!("{found}expected an object"),
         None => reason.to_owned(),
     };
-    WORDS.iter().fold(reason, |reason, (of_serde, plain)| reason.replace(of_serde, plain))
+    TERMS.iter().fold(reason, |reason, (serde_name, json_name)| reason.replace(serde_name, json_name))
 }
 
-/// Reads a value that may be missing, but not be `null`, as `deserialize_with` of a field with `default`.
+/// Reads a value that may be missing but not `null`; for `deserialize_with` on a field with `default`.
 ///
 /// # Errors
-/// Those of the value.
+/// Errors of the value.
 pub fn given<'de, T: Deserialize<'de>, D: Deserializer<'de>>(json: D) -> Result<Option<T>, D::Error> {
     T::deserialize(json).map(Some)
 }

@@ -7,7 +7,7 @@ use crate::exact::matrix::Matrix;
 use crate::inequality::Blocked;
 use crate::plant::Rows;
 
-/// `found > 0`.
+/// Checks `found > 0`.
 pub(crate) fn positive(claim: &str, name: &str, found: f64) -> Result<(), Failure> {
     if found > 0.0 {
         return Ok(());
@@ -15,12 +15,12 @@ pub(crate) fn positive(claim: &str, name: &str, found: f64) -> Result<(), Failur
     Err(Failure::condition(claim, format_args!("{name} is {found:e}, must be above 0")))
 }
 
-/// `m = m'`.
+/// Checks `m = m'`.
 pub(crate) fn symmetric(claim: &str, matrix: &str, m: &Rows) -> Result<(), Failure> {
     mirrored(claim, matrix, m, "symmetric", |entry, mirror| entry == mirror)
 }
 
-/// `m = -m'`.
+/// Checks `m = -m'`.
 pub(crate) fn skew(claim: &str, matrix: &str, m: &Rows) -> Result<(), Failure> {
     mirrored(claim, matrix, m, "skew", |entry, mirror| entry == -mirror)
 }
@@ -47,7 +47,7 @@ fn mirrored(
     Ok(())
 }
 
-/// `m Theta = Theta m` for every Theta: zero wherever row and column belong to different parameters.
+/// Checks `m Theta = Theta m` for every Theta: entries whose row and column belong to different parameters are 0.
 pub(crate) fn commuting(claim: &str, matrix: &str, m: &Rows, parameters: &[usize]) -> Result<(), Failure> {
     for (row, &of_row) in parameters.iter().enumerate() {
         for (column, &of_column) in parameters.iter().enumerate() {
@@ -64,7 +64,7 @@ pub(crate) fn commuting(claim: &str, matrix: &str, m: &Rows, parameters: &[usize
     Ok(())
 }
 
-/// A sign of a matrix.
+/// Sign of a definite matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sign {
     Positive,
@@ -77,10 +77,10 @@ impl Sign {
     }
 }
 
-/// `m` is positive or negative definite.
+/// Checks that a matrix is positive or negative definite.
 ///
-/// The rows are eliminated from the last block, -gamma I, upwards: its entries and those of S have few
-/// digits, which keeps the minors short.
+/// The rows are eliminated upwards from the last block, -gamma I: its entries and those of S have few digits, which
+/// keeps the minors short.
 pub(crate) fn definite(claim: &str, matrix: &str, sign: Sign, blocked: &Blocked) -> Result<(), Failure> {
     let negative = sign == Sign::Negative;
     let m = if negative { &blocked.matrix.negated() } else { &blocked.matrix };
@@ -89,10 +89,10 @@ pub(crate) fn definite(claim: &str, matrix: &str, sign: Sign, blocked: &Blocked)
         let (block, row_in_block) = blocked.locate(wrong.row);
         let value = wrong.value / blocked.scale.to_f64();
         let pivot = if negative { -value } else { value };
-        let shown = if wrong.exactly_zero { "exactly 0".into() } else { format!("about {pivot:+.3e}") };
+        let found = if wrong.exactly_zero { "exactly 0".into() } else { format!("about {pivot:+.3e}") };
         let reason = format!(
             "{matrix} is not {} definite: in its elimination the pivot of row {}, row {row_in_block} of block \
-             {block}, is {shown}, must be {} 0",
+             {block}, is {found}, must be {} 0",
             sign.word(),
             wrong.row,
             if negative { "below" } else { "above" }
@@ -101,7 +101,7 @@ pub(crate) fn definite(claim: &str, matrix: &str, sign: Sign, blocked: &Blocked)
     })
 }
 
-/// A matrix of one block.
-pub(crate) fn whole(name: &'static str, m: &Matrix) -> Blocked {
+/// Returns a matrix with a single block.
+pub(crate) fn single_block(name: &'static str, m: &Matrix) -> Blocked {
     Blocked { matrix: m.clone(), blocks: vec![(name, m.rows)], scale: Dyadic::from_f64(1.0) }
 }

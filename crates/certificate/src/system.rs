@@ -1,32 +1,32 @@
-//! The loop of plant and controller that the claims are about, and the check of its sizes.
+//! Loop of plant and controller, and the check of its sizes.
 
 use crate::error::Failure;
 use crate::plant::{Controller, ModelError, Plant, Rows};
 use crate::shape::{Size, Sizes, at_least_one, check_matrix, columns};
 
-/// Rows of the inequality, at most: ten times those of the largest loops designed so far, and as many as fit into
-/// memory.
+/// Largest number of rows of the inequality: ten times that of the largest loops designed so far, and still within the
+/// memory of a computer.
 const MOST_ROWS: usize = 1000;
 
-/// The loop of a certificate.
+/// Loop of a certificate.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Loop<'a> {
-    /// Whether it is in discrete time.
+    /// `true` in discrete time.
     pub(crate) discrete: bool,
     /// Repetitions of the parameters in the plant's channels.
     pub(crate) blocks: &'a [usize],
-    /// The same in the controller's channels.
+    /// Repetitions of the parameters in the controller's channels.
     pub(crate) controller_blocks: &'a [usize],
-    /// The plant.
+    /// Plant.
     pub(crate) plant: &'a Plant,
-    /// The controller.
+    /// Controller.
     pub(crate) controller: &'a Controller,
     /// Model errors.
     pub(crate) errors: &'a [ModelError],
 }
 
 impl Loop<'_> {
-    /// The sizes, valid if [`Self::check`] succeeds.
+    /// Returns the sizes, valid if [`Self::check`] succeeds.
     pub(crate) fn sizes(self) -> Sizes {
         let (p, k) = (self.plant, self.controller);
         Sizes {
@@ -41,18 +41,18 @@ impl Loop<'_> {
         }
     }
 
-    /// The number of parameters of plant and controller.
+    /// Returns the number of parameters of plant and controller.
     pub(crate) fn parameters(self) -> usize {
         self.blocks.len().max(self.controller_blocks.len())
     }
 
-    /// Channels of a parameter in plant and controller.
+    /// Returns the number of channels of a parameter in plant and controller.
     pub(crate) fn channels_of(self, parameter: usize) -> usize {
-        let of = |blocks: &[usize]| blocks.get(parameter).copied().unwrap_or(0);
-        of(self.blocks).saturating_add(of(self.controller_blocks))
+        let channels = |blocks: &[usize]| blocks.get(parameter).copied().unwrap_or(0);
+        channels(self.blocks).saturating_add(channels(self.controller_blocks))
     }
 
-    /// Rows of the inequality: x, wt, w_Delta, w, x+, zt, z_Delta and z.
+    /// Returns the number of rows of the inequality: x, wt, w_Delta, w, x+, zt, z_Delta and z.
     fn inequality_rows(self, s: Sizes) -> usize {
         let errors = self.errors.iter().flat_map(|error| [columns(&error.e), error.f.len()]);
         let next = if self.discrete { s.x.saturating_add(s.xk) } else { 0 };
@@ -99,7 +99,7 @@ impl Loop<'_> {
         Ok(())
     }
 
-    /// Checks that u reaches y through states alone.
+    /// Checks that the plant has no direct path from u to y.
     pub(crate) fn check_no_direct_path(self, path: &str) -> Result<(), Failure> {
         if self.plant.direct_path().is_some() {
             let reason = "is of plants without a direct path from u to y, but plant.D22 is not 0";
@@ -108,7 +108,7 @@ impl Loop<'_> {
         Ok(())
     }
 
-    /// Checks that each parameter has a channel, so that the claim counts no parameter that does not occur.
+    /// Checks that each parameter has a channel, so that the claim does not count a parameter that does not occur.
     fn check_parameters(self) -> Result<(), Failure> {
         let Some(i) = (0..self.parameters()).find(|i| self.channels_of(*i) == 0) else { return Ok(()) };
         let field = if i < self.blocks.len() { "blocks" } else { "controller_blocks" };
@@ -120,9 +120,9 @@ impl Loop<'_> {
     }
 }
 
-/// Checks matrices that are named row by row.
+/// Checks matrices that are listed row by row.
 fn check_matrices(
-    of: &str,
+    system: &str,
     matrices: &[(&str, &Rows)],
     rows: &[Size],
     columns: &[Size],
@@ -130,7 +130,7 @@ fn check_matrices(
     let shapes = rows.iter().flat_map(|row| columns.iter().map(move |column| (*row, *column)));
     let each = matrices.iter().zip(shapes);
     each.into_iter()
-        .try_for_each(|((key, m), (row, column))| check_matrix(&format!("{of}.{key}"), m, row, column))
+        .try_for_each(|((key, m), (row, column))| check_matrix(&format!("{system}.{key}"), m, row, column))
 }
 
 fn check_blocks(field: &str, blocks: &[usize], matrix: &str, expected: usize) -> Result<(), Failure> {

@@ -1,52 +1,52 @@
-//! What was proved, in words.
+//! Proved statement of a certificate.
 
 use crate::certificate::Certificate;
 use crate::claim::{ConstantTheorem, LimitTheorem, RateTheorem};
 use std::fmt;
 
-/// A proved claim; it is displayed as a sentence.
+/// Proved claims; displayed as sentences.
 ///
 /// The gammas are printed with the fewest digits that read back to the same f64, as in the file: the decimal denotes
 /// that f64.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Theorem {
-    /// Whether it is of a loop in discrete time.
+    /// `true` if the loop is in discrete time.
     pub discrete: bool,
-    /// The L2 gain from w to z is below this for parameters that vary arbitrarily fast, if the file claims it.
+    /// Upper bound on the L2 gain from w to z for parameters that vary arbitrarily fast, if the file claims it.
     pub gamma: Option<f64>,
-    /// Parameters in `[-1, 1]`, all of which occur in plant or controller.
+    /// Number of parameters in `[-1, 1]`, all of which occur in plant or controller.
     pub parameters: usize,
-    /// Parameters on which the controller depends.
+    /// Number of parameters on which the controller depends.
     pub scheduled: usize,
-    /// Whether the plant is a finished loop: it has neither controls nor measurements.
+    /// `true` if the plant is a closed loop, with neither controls nor measurements.
     pub finished: bool,
-    /// States of the closed loop.
+    /// Number of states of the closed loop.
     pub states: usize,
-    /// Channels of the parameters in plant and controller.
+    /// Number of parameter channels of plant and controller.
     pub channels: usize,
-    /// Components of w.
+    /// Number of components of w.
     pub inputs: usize,
-    /// Components of z.
+    /// Number of components of z.
     pub outputs: usize,
-    /// The L2 gain from w to z is below this with the model error, if the file claims it.
+    /// Upper bound on the L2 gain from w to z with the model error, if the file claims it.
     pub gamma_with_model_error: Option<f64>,
-    /// What holds for a parameter with a bounded rate, if the file claims it.
+    /// Theorem for a parameter with a bounded rate, if the file claims it.
     pub bounded_rate: Option<RateTheorem>,
-    /// What holds with saturated commands, if the file claims it.
+    /// Theorem with saturated commands, if the file claims it.
     pub limits: Option<LimitTheorem>,
-    /// What holds for parameters some of which are constant, if the file claims it.
+    /// Theorem with constant parameters, if the file claims it.
     pub constant: Option<ConstantTheorem>,
 }
 
 impl Theorem {
-    /// The claims of a certificate that have been proved.
+    /// Creates the theorem of a certificate whose claims have been proved.
     pub(crate) fn of(certificate: &Certificate) -> Self {
-        let (of, s) = (certificate.system(), certificate.system().sizes());
+        let (system, s) = (certificate.system(), certificate.system().sizes());
         Self {
             discrete: certificate.discrete,
             gamma: certificate.gain().map(|claim| claim.gamma),
-            parameters: of.parameters(),
+            parameters: system.parameters(),
             scheduled: certificate.controller_blocks.iter().filter(|repetitions| **repetitions > 0).count(),
             finished: s.u == 0 && s.y == 0,
             states: s.x + s.xk,
@@ -56,18 +56,18 @@ impl Theorem {
             gamma_with_model_error: certificate.robust_gain().map(|claim| claim.gamma),
             bounded_rate: certificate.rate().map(|claim| RateTheorem::of(claim, certificate.robust_rate())),
             limits: certificate.limits().map(LimitTheorem::of),
-            constant: certificate.constant().map(|claim| ConstantTheorem::of(claim, of)),
+            constant: certificate.constant().map(|claim| ConstantTheorem::of(claim, system)),
         }
     }
 
-    /// The smallest bound that holds where the parameter moves at a bounded rate: one for parameters that vary
-    /// arbitrarily fast holds there, too. `None` where the file claims nothing of a bounded rate.
+    /// Returns the smallest bound for the parameter with a bounded rate; a bound for arbitrarily fast parameters also
+    /// holds there. `None` without a claim about a bounded rate.
     pub fn gamma_at_rate(&self) -> Option<f64> {
         let slow = self.bounded_rate?.gamma;
         Some(self.gamma.map_or(slow, |any_rate| any_rate.min(slow)))
     }
 
-    /// The claim, a sentence each: gain and stability, model error, bounded rate, limits, constant parameters.
+    /// Returns one sentence per claim: gain and stability, model error, bounded rate, limits, constant parameters.
     pub fn sentences(&self) -> Vec<String> {
         let mut all = match (self.gamma, self.bounded_rate) {
             (Some(gamma), _) => vec![self.gain(gamma, None), self.model_error()],
@@ -84,7 +84,8 @@ impl Theorem {
         all
     }
 
-    /// The sentence about gain and stability, for parameters that vary arbitrarily fast, or one with a bounded rate.
+    /// Returns the sentence about gain and stability, for parameters that vary arbitrarily fast, or one with a bounded
+    /// rate.
     fn gain(&self, gamma: f64, rate: Option<f64>) -> String {
         let loop_ = format!(
             "the closed loop of {} state{}{} is exponentially stable and its {} gain from w to z is below {}",

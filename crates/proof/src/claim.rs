@@ -1,5 +1,4 @@
-//! Plants, controllers and bounds as certificates: their matrices, their claims with and without model error, their
-//! text.
+//! Certificates of plants, controllers and bounds: matrices, claims with and without model error, and text.
 
 use crate::error::ProofError;
 use crate::rate::{rate, with_error};
@@ -16,18 +15,18 @@ use squid_lpv::plant::{ClosedLoop, GeneralisedPlant};
 use squid_lpv::synthesis::{Design, DualMultipliers};
 use std::path::Path;
 
-/// A certificate and what it proves.
+/// Certificate with the theorem that it proves.
 #[derive(Debug, Clone)]
 pub struct Proof {
-    /// The certificate.
+    /// Certificate.
     pub certificate: Certificate,
-    /// What it proves.
+    /// Theorem proved by the certificate.
     pub theorem: Theorem,
-    /// The size of the covered model error, in the coordinates of [`ModelError`]; `None` if none is covered.
+    /// Size of the covered model error, in the coordinates of [`ModelError`]; `None` if none is covered.
     pub model_error: Option<f64>,
 }
 
-/// A certificate with plant and controller, without claims.
+/// Returns a certificate with plant and controller, without claims.
 pub fn without_claims(plant: &GeneralisedPlant, k: &Controller) -> Certificate {
     Certificate {
         blocks: plant.blocks.clone(),
@@ -38,25 +37,25 @@ pub fn without_claims(plant: &GeneralisedPlant, k: &Controller) -> Certificate {
     }
 }
 
-/// The certificate of a bound without model error: plant, controller, gamma, X or V, S and T.
+/// Returns the certificate of a bound without model error: plant, controller, gamma, X or V, S and T.
 pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> Certificate {
     Certificate { claims: vec![gain(bound, None)], ..without_claims(plant, k) }
 }
 
-/// The claim of a bound; with `lambda`, for the model error.
+/// Returns the claim of a bound; with `lambda`, for the model error.
 fn gain(bound: &GainBound, lambda: Option<f64>) -> Claim {
     let v = bound.factor.as_ref().filter(|_| lambda.is_none()).map(to_rows);
     let x = if v.is_some() { None } else { Some(to_rows(&bound.x)) };
     Claim::Gain(Gain { gamma: bound.gamma, lambda, x, v, s: to_rows(&bound.s), t: to_rows(&bound.t) })
 }
 
-/// Proves the bound of a design for its plant, and `covered` for a model error of size `size`. If the design has a
-/// bound for a bounded rate, that is proved as well. `closed` and `closed_error` are the loop and the error with the
-/// controller of the design.
+/// Proves the bound of a design for its plant, the bound `covered` for a model error of size `size`, and the bound for
+/// a bounded rate, if the design has one. `closed` and `closed_error` are the loop and the error with the controller of
+/// the design.
 ///
 /// # Errors
-/// [`ProofError::Unproved`] with the first check that fails; [`ProofError::Synthesis`] when no bound at the rate covers
-/// the model error.
+/// [`ProofError::Unproved`] with the first failed check; [`ProofError::Synthesis`] if no bound at the rate covers the
+/// model error.
 pub fn with_model_error(
     plant: &GeneralisedPlant,
     design: &Design,
@@ -88,8 +87,8 @@ pub fn with_model_error(
     })
 }
 
-/// A lower bound of the gain of any controller, from the first multipliers that prove one; better multipliers may
-/// violate an inequality by rounding.
+/// Returns a lower bound on the gain of any controller, from the first multipliers that prove one; better multipliers
+/// may violate an inequality by rounding.
 pub fn lower_bound(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Option<f64> {
     let rows = plant_rows(plant);
     multipliers.iter().find_map(|m| {
@@ -102,7 +101,7 @@ pub fn lower_bound(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) ->
     })
 }
 
-/// A plant in the form of the certificate.
+/// Converts a plant to the form of the certificate.
 pub fn plant_rows(p: &GeneralisedPlant) -> Plant {
     let mut out = Plant::default();
     out.named_mut().into_iter().for_each(|(key, rows)| *rows = rows_of(&p.parts, key));
@@ -113,25 +112,25 @@ fn rows_of(parts: &Partitioned, key: &str) -> Rows {
     parts.named(key).map_or_else(Vec::new, |m| to_rows(&m))
 }
 
-/// A direct path from u to y in the form of the certificate: no rows if it is 0.
+/// Converts a direct path from u to y to the form of the certificate: no rows if it is 0.
 pub fn direct_path_rows(d22: &Mat) -> Rows {
     if d22.iter().all(|entry| *entry == 0.0) { vec![] } else { to_rows(d22) }
 }
 
-/// A controller in the form of the certificate.
+/// Converts a controller to the form of the certificate.
 pub fn controller_rows(k: &Controller) -> ControllerRows {
     let mut out = ControllerRows::default();
     out.named_mut().into_iter().for_each(|(key, rows)| *rows = rows_of(&k.parts, key));
     out
 }
 
-/// The controller with these matrices; `None` if they do not fit together.
+/// Returns the controller with these matrices; `None` if their sizes do not agree.
 pub fn controller(blocks: &[usize], rows: &ControllerRows) -> Option<Controller> {
     Controller::new(blocks.to_vec(), &blocks_of(CONTROLLER, &rows.named())?).ok()
 }
 
-/// The blocks of a partition, from matrices with their keys; `None` if one is ragged or has an unknown key. A matrix
-/// without rows is left out.
+/// Returns the blocks of a partition, from matrices with their keys; `None` if a matrix is ragged or has an unknown
+/// key. Matrices without rows are omitted.
 pub fn blocks_of(names: Names, matrices: &[(&'static str, &Rows)]) -> Option<Vec<NamedBlock>> {
     let given = matrices.iter().filter(|(_, rows)| !rows.is_empty());
     let block = |(key, rows): &(&'static str, &Rows)| {
@@ -141,7 +140,7 @@ pub fn blocks_of(names: Names, matrices: &[(&'static str, &Rows)]) -> Option<Vec
     given.map(block).collect()
 }
 
-/// The name of the first matrix that differs in any bit; the sign of zero is ignored.
+/// Returns the name of the first matrix that differs in any bit; the sign of zero is ignored.
 pub fn first_difference(a: &[(&'static str, &Rows)], b: &[(&'static str, &Rows)]) -> Option<&'static str> {
     a.iter().zip(b).find(|((_, p), (_, q))| p != q).map(|((name, _), _)| *name)
 }
@@ -154,11 +153,11 @@ pub fn parse(text: &str, file: &str) -> Result<Certificate, ProofError> {
     Certificate::from_json(text).map_err(|reason| ProofError::Certificate { file: file.into(), reason })
 }
 
-/// The text of a certificate for the file `path`.
+/// Returns the text of a certificate for the file `path`.
 ///
 /// # Errors
 /// [`ProofError::Certificate`].
 pub fn text(certificate: &Certificate, path: &Path) -> Result<String, ProofError> {
-    let wrong = |reason| ProofError::Certificate { file: path.display().to_string(), reason };
-    certificate.to_json().map_err(wrong)
+    let to_error = |reason| ProofError::Certificate { file: path.display().to_string(), reason };
+    certificate.to_json().map_err(to_error)
 }

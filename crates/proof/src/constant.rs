@@ -1,4 +1,4 @@
-//! The gain for constant values of parameters as a certificate. See [`squid_lpv::robust::constant`] for the inequality.
+//! Certificate of the gain for constant parameters. See [`squid_lpv::robust::constant`] for the inequality.
 
 use crate::claim::without_claims;
 use crate::error::ProofError;
@@ -9,10 +9,10 @@ use squid_lpv::model_error::ModelError;
 use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::robust::constant::{ConstantBound, Filters};
 
-/// Relative tolerance of the balls of a certificate against those computed again: rounding on another processor.
+/// Relative tolerance between the balls of a certificate and the recomputed ones, for rounding on another processor.
 const SAME_BALL: f64 = 1e-6;
 
-/// The certificate of a bound.
+/// Returns the certificate of a bound.
 pub fn certificate(
     plant: &GeneralisedPlant,
     controller: &Controller,
@@ -20,10 +20,10 @@ pub fn certificate(
     bound: &ConstantBound,
     balls: &[ModelError],
 ) -> Certificate {
-    let of_parameter = |(parameter, of): (usize, &Option<Filters>)| -> Vec<Filter> {
+    let of_parameter = |(parameter, filters): (usize, &Option<Filters>)| -> Vec<Filter> {
         let each =
             |f: &Filters| f.poles.iter().map(|&pole| Filter { parameter, pole, rate: f.rate }).collect();
-        of.as_ref().map(each).unwrap_or_default()
+        filters.as_ref().map(each).unwrap_or_default()
     };
     let error = |ball: &ModelError| squid_certificate::ModelError {
         e: to_rows(&ball.e),
@@ -47,7 +47,7 @@ pub fn certificate(
     }
 }
 
-/// Checks that the balls of a certificate are the given ones, which were computed again.
+/// Checks that the balls of a certificate are the given recomputed ones.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`].
@@ -56,9 +56,9 @@ pub fn check_balls(certificate: &Certificate, balls: &[ModelError]) -> Result<()
         let pairs = [(&ball.e, &found.e), (&ball.f, &found.f), (&ball.fu, &found.fu)];
         let without_w = found.fw.iter().flatten().all(|entry| *entry == 0.0);
         without_w
-            && pairs.into_iter().all(|(wanted, rows)| {
-                from_rows(rows, wanted.ncols()).is_some_and(|m| {
-                    m.shape() == wanted.shape() && (m - wanted).amax() <= SAME_BALL * wanted.amax()
+            && pairs.into_iter().all(|(expected, rows)| {
+                from_rows(rows, expected.ncols()).is_some_and(|m| {
+                    m.shape() == expected.shape() && (m - expected).amax() <= SAME_BALL * expected.amax()
                 })
             })
     };

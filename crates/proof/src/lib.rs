@@ -1,5 +1,5 @@
-//! The translation between `lpv`, which searches, and `certificate`, which proves in exact arithmetic and shares no
-//! code with the search.
+//! Interface between `lpv`, which searches for bounds, and `certificate`, which proves them in exact arithmetic and
+//! shares no code with the search.
 //!
 //! ```text
 //! claim         plant, controller and bounds as a certificate, read and written
@@ -8,7 +8,7 @@
 //! limits        the step from which a loop with saturated commands returns to trim
 //! sampled       the bound of a sampled loop
 //! constant      the bound for constant parameters
-//! same_plant    whether two plants are the same function of their parameters
+//! same_plant    check that two plants are the same function of their parameters
 //! ```
 
 pub mod ball;

@@ -1,5 +1,5 @@
-//! The claim `limits` of a certificate: the largest step of a reference for which the loop, with saturated commands
-//! and anti-windup, stays in a region from which it returns to trim.
+//! Claim `limits` of a certificate: largest step of a reference for which the loop, with saturated commands and
+//! anti-windup, stays in a region from which it returns to trim.
 
 use crate::ball::ball_of;
 use crate::claim::Proof;
@@ -13,36 +13,36 @@ use squid_lpv::model_error::ModelError;
 use squid_lpv::plant::GeneralisedPlant;
 use std::collections::BTreeMap;
 
-/// The wanted step, and the limits of the loop.
+/// Required step, and the limits of the loop.
 #[derive(Debug, Clone)]
 pub struct Step<'a> {
-    /// The index in w of the reference that steps.
+    /// Index in w of the reference that steps.
     pub input: usize,
-    /// An upper limit of the claimed step.
+    /// Upper limit of the claimed step.
     pub largest: f64,
-    /// The step that should at least be proved.
+    /// Smallest step that should be proved.
     pub wanted: f64,
-    /// Anti-windup gains, states x commands: the first with which the wanted step is proved is taken.
+    /// Anti-windup gains, states x commands: the first with which the required step is proved is used.
     pub gains: &'a [Rows],
-    /// Bound on the entries of a computed anti-windup gain \[1/s\]; `None` to try the given ones alone.
+    /// Bound on the entries of a computed anti-windup gain \[1/s\]; `None` to try only the given ones.
     pub fastest: Option<f64>,
-    /// The range of each command to either side.
+    /// Range of each command on either side.
     pub commands: Vec<f64>,
-    /// The rate limits, by state of the plant.
+    /// Rate limits, by state of the plant.
     pub rates: BTreeMap<usize, f64>,
-    /// The number of states of the model: while the trim is constant, only their rows of Delta are used.
+    /// Number of states of the model: while the trim is constant, only their rows of Delta are used.
     pub states: usize,
 }
 
-/// The stage in the errors of a search.
+/// Stage in the errors of a search.
 const STAGE: &str = "limits";
 
-/// Adds the claim for the largest step found to a proof that covers a model error, in the place of one that is there,
-/// and proves all of it.
+/// Adds the claim for the largest step found to a proof that covers a model error, or replaces an existing one, and
+/// proves the certificate.
 ///
-/// The anti-windup gain is the first with which the wanted step is proved. If there is none, it is that of the largest
-/// step, among the given gains and a computed one. If possible, the claim is then made for every initial state.
-/// `None` for a proof without model error.
+/// The anti-windup gain is the first with which the required step is proved. If there is none, it is that of the
+/// largest step, among the given gains and a computed one. If possible, the claim is then made for every initial state.
+/// Returns `None` for a proof without model error.
 ///
 /// # Errors
 /// [`ProofError::Synthesis`] if no step is found; [`ProofError::Unproved`].
@@ -62,9 +62,9 @@ pub fn with_limits(
     commands.extend(rates.values());
     let limits = commands;
     let rates: Vec<usize> = rates.into_keys().collect();
-    let shapeless = || ProofError::Ball { reach: None };
-    let matrix = |rows: &Rows, columns: usize| from_rows(rows, columns).ok_or_else(shapeless);
-    let all = ball_of(ball, n, plant.b1().ncols(), m).ok_or_else(shapeless)?;
+    let wrong_shape = || ProofError::Ball { reach: None };
+    let matrix = |rows: &Rows, columns: usize| from_rows(rows, columns).ok_or_else(wrong_shape);
+    let all = ball_of(ball, n, plant.b1().ncols(), m).ok_or_else(wrong_shape)?;
     let rows_of_delta = all.e.ncols();
     let error = ModelError { e: all.e.columns(0, states).into_owned(), ..all };
     let given = step.gains.iter().map(|gain| matrix(gain, m)).collect::<Result<Vec<Mat>, _>>()?;
@@ -109,8 +109,9 @@ pub fn with_limits(
     Ok(Some(Proof { certificate, theorem, ..proof.clone() }))
 }
 
-/// The largest step with the first of the gains with which it is at least `wanted`; without one, with the gain of the
-/// largest step. With the gain found, a claim for every initial state is preferred.
+/// Returns the largest step with the first of the gains for which it is at least `required`; if there is none, with the
+/// gain of the largest step. If that step is below the upper limit, a claim for every initial state with the same gain
+/// is preferred.
 fn search(limited: &Limited<'_>, wanted: f64, gains: &[Gain<'_>]) -> Result<Region, SynthesisError> {
     let mut found: Result<Region, SynthesisError> = Err(SynthesisError::Infeasible { stage: STAGE });
     for gain in gains {

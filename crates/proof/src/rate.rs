@@ -1,5 +1,5 @@
-//! The claim `rate` of a certificate: the bound for a parameter with a bounded rate, for the plant and for
-//! the ball of models around it.
+//! Claim `rate` of a certificate: bound for a parameter with a bounded rate, for the plant and for the ball of models
+//! around it.
 
 use crate::error::ProofError;
 use squid_certificate::{Claim, Rate};
@@ -9,15 +9,16 @@ use squid_lpv::matrix::to_rows;
 use squid_lpv::model_error::LoopError;
 use squid_lpv::plant::ClosedLoop;
 
-/// Tried in turn: factors on the gamma of the fit for the ball, and on the multiplier of Delta found for arbitrarily
-/// fast speed.
+/// Factors, tried in turn, on the gamma of the fit for the ball, and on the multiplier of Delta found for arbitrarily
+/// fast changes of speed.
 const RAISES: [f64; 6] = [1.005, 1.01, 1.02, 1.03, 1.05, 1.1];
 const FACTORS: [f64; 7] = [1.0, 0.5, 2.0, 0.25, 4.0, 0.1, 10.0];
 
-/// The claim that covers the model error, from a bound of the loop without it: by the same Lyapunov matrix or another.
+/// Returns the claim that covers the model error, from a bound of the loop without it, with the same Lyapunov matrix or
+/// another.
 ///
 /// # Errors
-/// [`ProofError::Synthesis`] when no bound covers the model error.
+/// [`ProofError::Synthesis`] if no bound covers the model error.
 pub fn with_error(
     closed: &ClosedLoop,
     error: &LoopError,
@@ -50,7 +51,7 @@ pub fn with_error(
     Ok(rate(&covered, Some(covered.lambda)))
 }
 
-/// The claim of a bound; with `lambda`, for the model error.
+/// Returns the claim of a bound; with `lambda`, for the model error.
 pub fn rate(bound: &SlowBound, lambda: Option<f64>) -> Claim {
     Claim::Rate(Rate {
         rate: bound.rate,

@@ -1,4 +1,4 @@
-//! The gain of a sampled loop for every trajectory of the parameters that is constant between ticks.
+//! Gain of a sampled loop for every trajectory of the parameters that is constant between ticks.
 
 use crate::claim::{Proof, direct_path_rows, nominal};
 use crate::error::ProofError;
@@ -14,11 +14,11 @@ use squid_lpv::plant::ClosedLoop;
 
 const STAGE: &str = "analysis of the sampled loop";
 
-/// Bounds the gain of the loop of a sampled plant and a controller, starting from a bound in continuous time if that is
-/// near, and proves it. See [`squid_lpv::analysis::at_ticks`].
+/// Bounds the gain of the loop of a sampled plant and a controller, starting from a bound in continuous time if one is
+/// given, and proves it. See [`squid_lpv::analysis::at_ticks`].
 ///
 /// # Errors
-/// [`ProofError::Unproved`] with the first check that fails; [`ProofError::Synthesis`] when no bound is found.
+/// [`ProofError::Unproved`] with the first failed check; [`ProofError::Synthesis`] if no bound is found.
 pub fn sampled(
     AtTicks { plant, d22 }: &AtTicks,
     controller: &Controller,
@@ -33,7 +33,7 @@ pub fn sampled(
     let closed = plant.close(&inner);
     let bound = match continuous {
         Some(continuous) => bound(&closed, continuous)?,
-        None => given_loop(&closed).map_err(|part| SynthesisError::numerical(STAGE, of_range(part)))?,
+        None => given_loop(&closed).map_err(|part| SynthesisError::numerical(STAGE, describe_range(part)))?,
     };
     let mut certificate = nominal(plant, controller, &bound);
     certificate.plant.d22 = direct_path_rows(d22);
@@ -41,17 +41,17 @@ pub fn sampled(
     Ok(Proof { certificate, theorem, model_error: None })
 }
 
-/// For how much of the range of the parameters a bound was found.
-fn of_range(part: f64) -> String {
+/// Describes the part of the parameter range for which a bound was found.
+fn describe_range(part: f64) -> String {
     let percent = (100.0 * part).floor();
     format!("a bound was found for the inner {percent:.0} % of the range of the speed only")
 }
 
-/// Checks that the plant of a certificate is the given sampled one. `None` if the certificate is not of a sampled
-/// plant, which has every output z twice.
+/// Checks that the plant of a certificate is the given sampled one. Returns `None` if the certificate is not that of a
+/// sampled plant, which has every output z twice.
 ///
 /// # Errors
-/// As [`same_plant::check`].
+/// Same as [`same_plant::check`].
 pub fn check(certificate: &Certificate, AtTicks { plant, d22 }: &AtTicks) -> Result<Option<()>, ProofError> {
     if certificate.plant.c1.len() != plant.sizes().z {
         return Ok(None);
@@ -64,7 +64,7 @@ pub fn check(certificate: &Certificate, AtTicks { plant, d22 }: &AtTicks) -> Res
 /// Factors on the bound of the design from which a bound of the sampled loop is searched.
 const START_FACTORS: [f64; 3] = [1.0, 2.0, 8.0];
 
-/// A bound of the loop, searched from that of the design. With delayed commands the loop has further states, and the
+/// Searches a bound of the loop from that of the design. With delayed commands the loop has further states, and the
 /// Lyapunov matrix of the design does not fit.
 fn bound(closed: &ClosedLoop, certified: &GainBound) -> Result<GainBound, SynthesisError> {
     let from = |factor: &f64| {

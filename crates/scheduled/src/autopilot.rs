@@ -24,77 +24,79 @@ pub(crate) use plan::Plan;
 /// neither skip nor repeat a tick.
 ///
 /// ```text
-/// angles    = of an angle that comes back to itself, the reference nearest to the last one, and the measured value
-///             nearest to the reference
-/// reference = what is asked, within its limits at V_r     see [`ControllerDesign::envelope`]; where the vehicle is
-///                                                         while an actuator that steers it stays at its limit, and
-///                                                         from there after that or after [`Self::follow`]
+/// angles    = circular angles are unwrapped: the reference to the value nearest to the last one, the measured value to
+///             the one nearest to the reference
+/// reference = request, within its limits at V_r           see [`ControllerDesign::envelope`]; moves to the measured
+///                                                         value while an actuator that steers it stays at its
+///                                                         limit, and back to the request after that and after
+///                                                         [`Self::follow`]
 /// V_r'      = w_r (speed reference - V_r)                 without a filter V_r is the speed reference
-/// y0(V_r)   = the signals in trim at forward speed V_r, each by its [`Level`](squid_signals::Level): V_r itself, a column of
-///             the trim table, the value measured at initialisation, or 0
+/// y0(V_r)   = signals in trim at forward speed V_r, each by its [`Level`](squid_signals::Level): V_r itself, a column
+///             of the trim table, the value measured at initialisation, or 0
 /// y_i       = (reference_i - y0_i(V_r))/scale_i           an input of kind reference
 /// y_i       = (measured_i - y0_i(V_r))/scale_i            an input of kind measurement
 /// y_i       = (reference_i - measured_i)/scale_i          an input of kind error
 /// rho       = clamp((V(u) - centre)/half_range, -1, 1)    V(u): speed along the path in trim at forward speed u
-/// command_j = clamp(trim_j(V_r) + scale_j u_j, minimum_j, maximum_j)   where one steers at its limit, a thruster that
-///                                                                      does not steer pushes V_r's way only; within
-///                                                                      1 s after [`Self::follow`] see there
+/// command_j = clamp(trim_j(V_r) + scale_j u_j, minimum_j, maximum_j)   while a steering actuator is at its limit,
+///                                                                      the others do not push against V_r; for 1 s
+///                                                                      after [`Self::follow`] see there
 /// phi_j     = (trim_j(V_r) + scale_j u_j - command_j)/scale_j
 /// ```
 ///
 /// With anti-windup, `E phi` is added to the derivatives of the controller's states; see
 /// [`ControllerDesign::anti_windup`].
 ///
-/// With a delay of d ticks the command of tick k is put out at tick k + d; before, that of the initialisation holds.
+/// With a delay of d ticks, the command of tick k is output at tick k + d; until then, that of the initialisation
+/// holds.
 ///
 /// After the output of a tick, V_r is advanced exactly for a constant reference:
 /// `V_r += (1 - exp(-w_r Ts)) (speed reference - V_r)`. Initialisation sets it to the speed reference.
 ///
 /// The feedforward uses the reference, not the measured speed, so that it adds no feedback to that of the design. If
-/// the speed is imposed on the vehicle from outside, it carries no feedback, and V_r is the measured speed.
+/// the speed is imposed on the vehicle from outside, V_r is the measured speed, which closes no loop.
 #[derive(Debug, Clone)]
 pub struct Autopilot {
     pub(crate) plan: Arc<Plan>,
     pub(crate) controller: LftController,
-    /// The controller input y.
+    /// Controller input y.
     y: Vec<f64>,
     /// V_r in m/s.
     pub(crate) filtered_speed: f64,
-    /// The references as they are used.
+    /// References after all limits.
     pub(crate) references: Vec<f64>,
-    /// What is asked of each, within its range.
+    /// Requested references, within their ranges.
     targets: Vec<f64>,
-    /// The transition of each reference to what is asked.
+    /// Transition of each reference to its target.
     pub(crate) transitions: Vec<Transition>,
-    /// The saturation of each actuator.
+    /// Saturation of each actuator.
     pub(crate) saturation: Vec<Saturation>,
-    /// The value of each signal at initialisation, see [`Plan::origin`].
+    /// Value of each signal at initialisation, see [`Plan::origin`].
     origins: Vec<f64>,
-    /// What was applied when the autopilot followed last, SI.
+    /// Applied commands of the last [`Self::follow`], SI.
     pub(crate) anchor: Vec<f64>,
-    /// The ticks since then, up to those of the opening.
+    /// Ticks since then, up to those of the opening.
     pub(crate) followed_for: u32,
     /// Excess phi of u over the limits.
     pub(crate) excess: Vec<f64>,
-    /// What the actuators got, as [`Self::follow`] or [`Self::feed_back`] was told last, within their limits.
+    /// Applied commands last passed to [`Self::follow`] or [`Self::feed_back`], within the limits.
     pub(crate) applied: Vec<f64>,
     pub(crate) outputs: Outputs,
-    /// The delayed commands, one row per tick; tick k has the row `k mod delay`.
+    /// Delayed commands, one row per tick; tick k has the row `k mod delay`.
     pub(crate) delayed: Vec<f64>,
     start: f64,
     next_tick: u64,
-    /// Whether the last tick was out of range.
+    /// `true` if the last tick was outside the scheduled range.
     outside: bool,
 }
 
-/// Excess of |rho| over 1 that is taken as rounding and gives no warning.
+/// Excess of |rho| over 1 that is attributed to rounding and gives no warning.
 pub const ROUNDING_OF_RHO: f64 = 1e-9;
 
 /// Fraction of the sample time by which a tick may be late, because communication points are rounded.
 const ROUNDING_OF_TIME: f64 = 1e-6;
 
 impl Autopilot {
-    /// The autopilot of a design, at rest.
+    /// Creates the autopilot of a design, with zero state.
     ///
     /// # Errors
     /// [`DesignError`].
@@ -131,94 +133,95 @@ impl Autopilot {
         })
     }
 
-    /// The trim table.
+    /// Returns the trim table.
     pub fn trim(&self) -> &Trim {
         &self.plan.trim
     }
 
-    /// The signals in trim at a speed V in m/s along the path, as measurements and as references.
+    /// Returns the signals in trim at a speed V in m/s along the path, as measurements and as references.
     pub fn level(&self, speed: f64) -> Inputs {
         let Plan { trim, signals, .. } = &*self.plan;
         let at = trim.at(trim.forward_speed(speed));
-        let of = |(index, signal): (usize, &Port)| at.signal(index, signal.start);
-        let measured: Vec<f64> = signals.iter().enumerate().map(of).collect();
+        let level = |(index, signal): (usize, &Port)| at.signal(index, signal.start);
+        let measured: Vec<f64> = signals.iter().enumerate().map(level).collect();
         let tracked = signals.iter().filter(|signal| signal.reference.is_some()).count();
         Inputs { references: measured[..tracked].to_vec(), measured }
     }
 
-    /// The measured value of the signal that is scheduled on.
+    /// Returns the measured value of the scheduling signal.
     pub fn speed(&self, inputs: &Inputs) -> f64 {
         inputs.measured[self.plan.speed]
     }
 
-    /// The controller K(rho) in discrete time, with its state.
+    /// Returns the controller K(rho) in discrete time, with its state.
     pub fn controller(&self) -> &LftController {
         &self.controller
     }
 
-    /// Sampled anti-windup gain from phi to the controller's states, n x m, if there is one.
+    /// Returns the sampled anti-windup gain from phi to the controller's states, n x m, if there is one.
     pub fn anti_windup(&self) -> Option<&Matrix> {
         self.plan.anti_windup.as_ref()
     }
 
-    /// Gains of [`follow`](Self::follow) at values of rho from -1 to 1, evenly spaced, each n x m.
+    /// Returns the gains of [`follow`](Self::follow) at values of rho from -1 to 1, evenly spaced, each n x m.
     pub fn follow_gains(&self) -> &[Matrix] {
         self.plan.following.gains()
     }
 
-    /// The constants of a reference on its way to what is asked: the factor of [`Transition::lag`] in a tick, and the
-    /// difference from its target that is taken for none.
+    /// Returns the constants of the transition of a reference: the factor of [`Transition::lag`] per tick, and the
+    /// difference from the target that counts as zero.
     pub fn returning(&self, reference: usize) -> (f64, f64) {
         self.plan.governor.returning(reference)
     }
 
-    /// Part of the way to the measured value that a reference yields in a tick, and the ticks that an actuator is at
-    /// its limit before.
+    /// Returns the fraction of the distance to the measured value by which a reference yields per tick, and the number
+    /// of ticks that an actuator has to be at its limit before.
     pub fn yielding(&self) -> (f64, u32) {
         (self.plan.governor.yielding(), self.plan.governor.held())
     }
 
-    /// The saturation of each actuator.
+    /// Returns the saturation of each actuator.
     pub fn saturation(&self) -> &[Saturation] {
         &self.saturation
     }
 
-    /// Gain 1 - exp(-w_r Ts) of the filter of the speed reference, if there is one.
+    /// Returns the gain 1 - exp(-w_r Ts) of the filter of the speed reference, if there is one.
     pub fn filter(&self) -> Option<f64> {
         self.plan.filter
     }
 
-    /// The outputs of the last tick or of the initialisation.
+    /// Returns the outputs of the last tick or of the initialisation.
     pub fn outputs(&self) -> &Outputs {
         &self.outputs
     }
 
-    /// The filtered speed reference V_r in m/s; without a filter the speed reference of the last tick.
+    /// Returns the filtered speed reference V_r in m/s; without a filter, the speed reference of the last tick.
     pub fn filtered_speed(&self) -> f64 {
         self.filtered_speed
     }
 
-    /// The references as the last tick or the initialisation used them, within their limits.
+    /// Returns the references of the last tick or of the initialisation, after all limits.
     pub fn references(&self) -> &[f64] {
         &self.references
     }
 
-    /// The value of each signal at initialisation, for those whose level it is.
+    /// Returns the value of each signal at initialisation, for those with
+    /// [`Level::Start`](squid_signals::Level::Start).
     pub fn origins(&self) -> &[f64] {
         &self.origins
     }
 
-    /// The controller input y at the last tick or at initialisation, in the order of the design's inputs.
+    /// Returns the controller input y at the last tick or at initialisation, in the order of the design's inputs.
     pub fn controller_inputs(&self) -> &[f64] {
         &self.y
     }
 
-    /// Number of ticks since the initialisation.
+    /// Returns the number of ticks since the initialisation.
     pub fn ticks(&self) -> u64 {
         self.next_tick
     }
 
-    /// The complete state, which can be saved and restored.
+    /// Returns the complete state, for [`restore`](Self::restore).
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             state: self.controller.state().to_vec(),
@@ -275,7 +278,7 @@ impl Autopilot {
     /// the present inputs.
     ///
     /// # Errors
-    /// [`TickError`]; [`TickError::OtherUnit`] and that of an input that is not finite change nothing.
+    /// [`TickError`]; after [`TickError::OtherUnit`] and [`TickError::InputNotFinite`] the autopilot is unchanged.
     pub fn initialise(&mut self, start: f64, inputs: &Inputs) -> Result<(), TickError> {
         inputs.check(&self.plan.signals)?;
         for (index, port) in self.plan.signals.iter().enumerate() {
@@ -297,7 +300,7 @@ impl Autopilot {
             *origin = self.plan.origin(signal, inputs);
         }
         self.compute_outputs(inputs, true)?;
-        self.note_saturation();
+        self.record_saturation();
         let Self { delayed, outputs, .. } = self;
         delayed
             .chunks_exact_mut(outputs.commands.len())
@@ -305,8 +308,8 @@ impl Autopilot {
         Ok(())
     }
 
-    /// Runs the ticks that are due before the time `to` in s, with constant inputs. Returns whether the speed left the
-    /// scheduled range at one of them.
+    /// Runs the ticks that are due before the time `to` in s, with constant inputs. Returns `true` if the speed left
+    /// the scheduled range at one of them.
     ///
     /// # Errors
     /// [`TickError`].
@@ -318,7 +321,7 @@ impl Autopilot {
         Ok(left_range)
     }
 
-    /// Runs the next tick, regardless of the time. Returns whether the speed left the scheduled range at this tick.
+    /// Runs the next tick, regardless of the time. Returns `true` if the speed left the scheduled range at this tick.
     ///
     /// # Errors
     /// [`TickError`].
@@ -333,7 +336,7 @@ impl Autopilot {
             self.controller.add_to_state(gain, &self.excess);
         }
         self.delay_commands();
-        self.govern();
+        self.update_governor();
         if let Some(gain) = self.plan.filter {
             self.filtered_speed += gain * (self.references[self.plan.speed] - self.filtered_speed);
         }
@@ -343,30 +346,30 @@ impl Autopilot {
         Ok(left_range)
     }
 
-    /// Passes over the next tick, without a command.
+    /// Skips the next tick, without a command.
     pub(crate) fn skip(&mut self) {
         self.next_tick += 1;
     }
 
-    /// Whether commands are delayed.
+    /// Returns `true` if commands are delayed.
     pub fn has_delay(&self) -> bool {
         !self.delayed.is_empty()
     }
 
-    /// The time of the next tick in s, `start + k Ts`.
+    /// Returns the time of the next tick in s, `start + k Ts`.
     pub fn next_tick_time(&self) -> f64 {
         self.start + self.next_tick as f64 * self.plan.sample_time
     }
 
-    /// Whether [`advance`](Self::advance) to the time `to` in s would run a tick.
+    /// Returns `true` if [`advance`](Self::advance) to the time `to` in s would run a tick.
     ///
-    /// A tick less than 1e-6 Ts, or a few units in the last place of a large time, before `to` belongs to the next
-    /// interval, so that a rounded `to` runs it once.
+    /// A tick within 1e-6 Ts, or a few units in the last place of a large time, before `to` belongs to the next
+    /// interval, so that it runs once in spite of a rounded `to`.
     pub fn is_due_before(&self, to: f64) -> bool {
         self.next_tick_time() < to - self.rounding(to)
     }
 
-    /// Whether the next tick is due at the time `now` in s or earlier.
+    /// Returns `true` if the next tick is due at the time `now` in s or earlier.
     pub fn is_due_at(&self, now: f64) -> bool {
         self.next_tick_time() <= now + self.rounding(now)
     }
@@ -375,7 +378,7 @@ impl Autopilot {
         ROUNDING_OF_TIME * self.plan.sample_time + 4.0 * f64::EPSILON * time.abs()
     }
 
-    /// Stores the commands of this tick and puts out those computed `delay` ticks ago.
+    /// Stores the commands of this tick and outputs those computed `delay` ticks ago.
     fn delay_commands(&mut self) {
         let count = self.outputs.commands.len();
         let delay = self.delayed.len() / count;
@@ -385,8 +388,8 @@ impl Autopilot {
         }
     }
 
-    /// Moves references that yield, or return to what is asked, on by a tick, and counts saturated ticks.
-    fn govern(&mut self) {
+    /// Advances the transitions of all references by a tick, and counts saturated ticks.
+    fn update_governor(&mut self) {
         let Self { plan, references, targets, transitions, saturation, excess, .. } = self;
         for (signal, transition) in transitions.iter_mut().enumerate() {
             if plan.governor.yields(signal, saturation) {
@@ -401,7 +404,7 @@ impl Autopilot {
     }
 
     /// Sets a reference and its target for the next tick, or for the initialisation.
-    fn refer(&mut self, signal: usize, inputs: &Inputs, initial: bool) {
+    fn update_reference(&mut self, signal: usize, inputs: &Inputs, initial: bool) {
         let Self { plan, references, targets, transitions, saturation, .. } = self;
         let (trim, last) = (plan.trim.at(self.filtered_speed), references[signal]);
         if !initial && plan.governor.yields(signal, saturation) {
@@ -410,13 +413,13 @@ impl Autopilot {
             return;
         }
         let last = (!initial).then_some(last);
-        let asked = plan.asked(signal, inputs, last);
-        targets[signal] = plan.envelope.target(signal, asked, trim);
-        references[signal] = plan.envelope.used(signal, targets[signal], transitions[signal], last, trim);
+        let requested = plan.requested(signal, inputs, last);
+        targets[signal] = plan.envelope.target(signal, requested, trim);
+        references[signal] = plan.envelope.limited(signal, targets[signal], transitions[signal], last, trim);
     }
 
-    /// Says which commands of the last computed outputs are beyond their limits, without counting a tick.
-    pub(crate) fn note_saturation(&mut self) {
+    /// Records which commands of the last computed outputs are saturated, without counting a tick.
+    pub(crate) fn record_saturation(&mut self) {
         for (one, excess) in self.saturation.iter_mut().zip(&self.excess) {
             *one = Saturation { now: *excess != 0.0, ticks: 0 };
         }
@@ -425,24 +428,24 @@ impl Autopilot {
     pub(crate) fn compute_outputs(&mut self, inputs: &Inputs, initial: bool) -> Result<(), TickError> {
         let Plan { speed, speed_given, filter, .. } = *self.plan;
         inputs.check(&self.plan.signals)?;
-        // The speed first: the limits of the others depend on V_r, its own do not.
+        // The speed reference comes first: the limits of the others depend on V_r, its own do not.
         if !speed_given {
-            self.refer(speed, inputs, initial);
+            self.update_reference(speed, inputs, initial);
         }
         if initial || filter.is_none() {
             self.filtered_speed = if speed_given { inputs.measured[speed] } else { self.references[speed] };
         }
         for signal in 0..self.references.len() {
             if signal != speed || speed_given {
-                self.refer(signal, inputs, initial);
+                self.update_reference(signal, inputs, initial);
             }
         }
         let plan = &*self.plan;
         let (trim, origins) = (plan.trim.at(self.filtered_speed), &self.origins);
         let used = self.references.iter().zip(&inputs.references).zip(&plan.followed).zip(&plan.signals);
-        self.outputs.reference_limited = used
-            .into_iter()
-            .any(|(((used, asked), followed), port)| *followed && *used != port.nearest(*asked, *used));
+        self.outputs.reference_limited = used.into_iter().any(|(((used, requested), followed), port)| {
+            *followed && *used != port.nearest(*requested, *used)
+        });
         let measured = |signal| plan.measured_near(signal, inputs, &self.references);
         plan.y(measured, &self.references, |signal| trim.signal(signal, origins[signal]))
             .zip(&mut self.y)
@@ -458,7 +461,7 @@ impl Autopilot {
         self.compute_commands()
     }
 
-    /// The commands for the controller input y.
+    /// Computes the commands for the controller input y.
     pub(crate) fn compute_commands(&mut self) -> Result<(), TickError> {
         let Self { plan, outputs, controller, .. } = self;
         let rho = [outputs.scheduling_parameter];
@@ -471,9 +474,9 @@ impl Autopilot {
                 return Err(TickError::Diverged { index, value: *command });
             }
         }
-        let ahead = plan.ahead(self.filtered_speed, &self.saturation, commands);
+        let protected_speed = plan.protected_speed(self.filtered_speed, &self.saturation, commands);
         for (index, (command, excess)) in commands.iter_mut().zip(&mut self.excess).enumerate() {
-            let [minimum, maximum] = plan.limits(index, trim.command(index), ahead);
+            let [minimum, maximum] = plan.limits(index, trim.command(index), protected_speed);
             let value = *command;
             *command = value.clamp(minimum, maximum);
             *excess = (value - *command) / plan.actuators[index].scale;

@@ -1,20 +1,20 @@
-//! The frozen controller design, as in its JSON file.
+//! Frozen controller design, as in its JSON file.
 
 use serde::{Deserialize, Serialize};
 use squid_signals::{Curve, Force, Level, Signal, Status};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-/// A matrix as a list of rows.
+/// Matrix as a list of rows.
 pub type Rows = Vec<Vec<f64>>;
 
-/// The largest delay of a command in ticks. A loop with a longer delay should have a longer sample time.
+/// Largest delay of a command in ticks. A loop with a longer delay should have a longer sample time.
 pub const MAX_DELAY_TICKS: usize = 10;
 
-/// The file format that is written and read.
+/// File format of a design.
 pub const CONTROLLER_FORMAT: &str = "squid-controller/1";
 
-/// Everything that the autopilot needs; SI units, radians.
+/// Complete data of an autopilot; SI units, radians.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerDesign {
@@ -29,7 +29,7 @@ pub struct ControllerDesign {
     /// Delay of the commands in ticks, for computation and network; at most [`MAX_DELAY_TICKS`].
     #[serde(default, skip_serializing_if = "is_default")]
     pub delay_ticks: usize,
-    /// What can be measured and tracked: the signals of the vehicle model, first those with a reference.
+    /// Signals of the vehicle model that can be measured or tracked; those with a reference come first.
     pub signals: Vec<Port>,
     /// The scheduling parameter.
     pub scheduling: Scheduling,
@@ -38,15 +38,15 @@ pub struct ControllerDesign {
     /// Bandwidth w_r of the filter of the speed reference in rad/s; `None` without filter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference_filter: Option<f64>,
-    /// Whether the speed is imposed on the vehicle from outside: it has no reference, and the trim follows the measured
-    /// speed.
+    /// `true` if the speed is imposed on the vehicle from outside: it has no reference, and the trim follows the
+    /// measured speed.
     #[serde(default, skip_serializing_if = "is_default")]
     pub speed_given: bool,
     /// The commanded actuators, in the order of `u`.
     pub actuators: Vec<Actuator>,
     /// The controller in continuous time.
     pub lft: LftMatrices,
-    /// The gains from which the controller was made, if it was given; nothing is computed from them.
+    /// Gains from which the controller was built, if it was given and not synthesised; for documentation only.
     #[serde(default, skip_serializing_if = "is_default")]
     pub gains: Vec<Gain>,
     /// Anti-windup gain E, one row per controller state, one column per actuator: `E phi` is added to the state
@@ -59,22 +59,22 @@ pub struct ControllerDesign {
     pub follow: Vec<Rows>,
     /// Level trim over speed.
     pub trim: TrimTable,
-    /// What references are limited to before they reach the controller, by the name of their signal.
+    /// Limits of the references upstream of the controller, by the name of their signal.
     #[serde(default, skip_serializing_if = "is_default")]
     pub envelope: BTreeMap<String, ReferenceLimits>,
-    /// What is flown without sensors that are lost; without it measurements are taken as they come.
+    /// Handling of lost sensors; `None` uses all measurements unchecked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub failsafe: Option<Failsafe>,
-    /// The achieved performance level.
+    /// Achieved performance level.
     pub gamma: Gamma,
-    /// Hashes of the files that the design was computed from.
+    /// Hashes of the files from which the design was computed.
     pub inputs: InputHashes,
 }
 
-/// The name of the design that is meant where none is named.
+/// Default name of a design.
 pub const DEFAULT_DESIGN: &str = "design";
 
-/// Whether a key is omitted.
+/// Returns `true` if a key is omitted in the file.
 pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
@@ -85,7 +85,7 @@ pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 pub struct VehicleName {
     /// Name of the vehicle.
     pub name: String,
-    /// How well its coefficients are known.
+    /// Status of its coefficients.
     pub status: Status,
 }
 
@@ -93,35 +93,35 @@ pub struct VehicleName {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Port {
-    /// Its name, also that of the FMU's input.
+    /// Name, also that of the FMU's input.
     pub name: String,
     /// SI unit.
     pub unit: String,
-    /// What the sensor measures.
+    /// Measured quantity.
     pub measured: String,
-    /// Its reference, if it can be tracked.
+    /// Reference, if the signal can be tracked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
-    /// Its value in trim.
+    /// Kind of its value in trim.
     pub level: Level,
-    /// Where flights start by default, of a signal that is measured from its value at the start.
+    /// Default initial value, for a signal with [`Level::Start`].
     #[serde(default, skip_serializing_if = "is_default")]
     pub start: f64,
-    /// The values that it can take; any without.
+    /// Smallest and largest possible value; `None` for any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
-    /// Whether it is an angle that comes back to itself after a turn.
+    /// `true` for an angle with a period of one turn.
     #[serde(default, skip_serializing_if = "is_default")]
     pub circular: bool,
-    /// A typical size.
+    /// Nominal size.
     pub nominal: f64,
 }
 
 impl Port {
-    /// A value of the signal, of an angle that comes back to itself the one nearest to another.
+    /// Returns the value; for a circular angle, shifted by whole turns to be nearest to `to`.
     pub fn nearest(&self, value: f64, to: f64) -> f64 {
         let turns = (value - to) / TAU;
-        // So many turns are no angle, and neither is what is not a number.
+        // Larger values and NaN are not angles.
         if !(self.circular && turns.abs() < MOST_TURNS) {
             return value;
         }
@@ -130,8 +130,8 @@ impl Port {
 }
 
 impl Port {
-    /// The values that a measurement or a reference can have at the first tick, any without: an angle in radians is
-    /// within a turn, a vehicle does not turn faster than once a second, and a depth is in an ocean, downwards.
+    /// Returns the range allowed for a measurement or a reference at the first tick, `None` for any: angles within a
+    /// turn, rates within a turn per second, depths (positive downwards) within those of the ocean.
     pub fn first(&self, is_reference: bool) -> Option<[f64; 2]> {
         match self.unit.as_str() {
             "rad" if is_reference => Some([-TAU, TAU]),
@@ -142,21 +142,21 @@ impl Port {
     }
 }
 
-/// From the crest of a wave to below the deepest sea floor, m.
+/// Depths from the crest of a wave to below the deepest sea floor, m.
 const DEPTHS: [f64; 2] = [-5.0, 12_000.0];
 
-/// The turns of an angle are counted in a whole number.
+/// Number of turns from which a value is not treated as an angle.
 const MOST_TURNS: f64 = 1e9;
 
-/// The reference of a signal.
+/// Reference of a signal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reference {
-    /// Its name, also that of the FMU's input.
+    /// Name, also that of the FMU's input.
     pub name: String,
-    /// What it prescribes.
+    /// Prescribed quantity.
     pub wanted: String,
-    /// The time by which the signal is to lag behind a reference that moves steadily, s.
+    /// Time by which the signal lags behind a ramp of the reference by design, s.
     #[serde(default, skip_serializing_if = "is_default")]
     pub lag: f64,
 }
@@ -185,7 +185,7 @@ impl From<&Signal> for Port {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scheduling {
-    /// The signal that is scheduled on, the one whose level is [`Level::Scheduled`].
+    /// Scheduling signal, the one whose level is [`Level::Scheduled`].
     pub quantity: String,
     /// V at rho = -1, in m/s.
     pub minimum: f64,
@@ -215,7 +215,7 @@ pub enum Kind {
 pub struct ControllerInput {
     /// Name of the signal.
     pub signal: String,
-    /// How the input is formed from the signal.
+    /// Kind of the input.
     pub kind: Kind,
     /// Unit of the signal.
     pub unit: String,
@@ -224,69 +224,69 @@ pub struct ControllerInput {
 }
 
 impl ControllerInput {
-    /// Whether the input uses the measured value of the signal.
+    /// Returns `true` if the input uses the measured value of the signal.
     pub fn is_measured(&self) -> bool {
         self.kind != Kind::Reference
     }
 
-    /// Whether the input uses the reference of the signal.
+    /// Returns `true` if the input uses the reference of the signal.
     pub fn is_reference(&self) -> bool {
         self.kind != Kind::Measurement
     }
 }
 
 impl ControllerDesign {
-    /// The index of a signal.
+    /// Returns the index of a signal.
     pub fn index(&self, name: &str) -> Option<usize> {
         self.signals.iter().position(|signal| signal.name == name)
     }
 
-    /// The index of the signal that is scheduled on.
+    /// Returns the index of the scheduling signal.
     pub fn scheduled(&self) -> Option<usize> {
         self.signals.iter().position(|signal| signal.level == Level::Scheduled)
     }
 
-    /// The signals that can be tracked, each with its reference; their indices are those of the signals.
+    /// Returns the signals that can be tracked, each with its reference; their indices are those of the signals.
     pub fn references(&self) -> impl Iterator<Item = (&Port, &Reference)> {
         self.signals.iter().map_while(|signal| Some((signal, signal.reference.as_ref()?)))
     }
 
-    /// The indices of the signals with a trim that can be tracked: the autopilot puts their trim out.
+    /// Returns the indices of the signals with a trim that can be tracked: their trim is an output of the autopilot.
     pub fn trimmed(&self) -> impl Iterator<Item = usize> {
-        let trimmed = |(place, (signal, _)): (usize, (&Port, &Reference))| {
-            (signal.level == Level::Trim).then_some(place)
+        let trimmed = |(index, (signal, _)): (usize, (&Port, &Reference))| {
+            (signal.level == Level::Trim).then_some(index)
         };
         self.references().enumerate().filter_map(trimmed)
     }
 
-    /// Whether the autopilot measures a signal; it always measures the one that is scheduled on, for rho.
+    /// Returns `true` if the autopilot measures a signal; it always measures the scheduling signal.
     pub fn measures(&self, signal: usize) -> bool {
         Some(signal) == self.scheduled() || self.has_input(signal, ControllerInput::is_measured)
     }
 
-    /// Whether flights have a reference of a signal: of each that the autopilot tracks, always of the one that is
-    /// scheduled on, and of the first if it tracks none besides.
+    /// Returns `true` if flights have a reference of a signal: of each tracked signal, of the scheduling signal in any
+    /// case, and of the first signal if no other is tracked.
     pub fn has_reference(&self, signal: usize) -> bool {
         let steered = |index: usize| Some(index) != self.scheduled() && self.follows(index);
         let none = || !(0..self.references().count()).any(steered);
         Some(signal) == self.scheduled() || self.follows(signal) || (signal == 0 && none())
     }
 
-    /// The tracked signals besides the one that is scheduled on, in words: pitch, depth, or both.
+    /// Returns the names of the tracked signals except the scheduling signal, for messages: pitch, depth, or both.
     pub fn steered(&self) -> String {
         let others = (0..self.references().count()).filter(|one| Some(*one) != self.scheduled());
         let names = others.filter(|one| self.has_reference(*one)).map(|one| self.signals[one].name.as_str());
         names.collect::<Vec<_>>().join(" and ")
     }
 
-    /// Whether the autopilot uses a reference of a signal; always that of the one that is scheduled on, for the trim,
-    /// unless the speed is imposed.
+    /// Returns `true` if the autopilot uses a reference of a signal; it uses that of the scheduling signal for the trim
+    /// in any case, unless the speed is imposed.
     pub fn follows(&self, signal: usize) -> bool {
         (Some(signal) == self.scheduled() && !self.speed_given)
             || self.has_input(signal, ControllerInput::is_reference)
     }
 
-    /// What is flown without a signal.
+    /// Fallback for a lost signal.
     pub fn without(&self, signal: usize) -> Without {
         match self.signals[signal].level {
             Level::Scheduled => Without::Speed,
@@ -295,14 +295,14 @@ impl ControllerDesign {
         }
     }
 
-    /// What the rate of a signal follows from, if that is measured.
+    /// Returns the source of the rate of a signal; `None` if that source is not measured.
     pub fn source(&self, signal: usize) -> Option<&Source> {
         let source = self.failsafe.as_ref()?.sensors.get(&self.signals[signal].name)?.from.as_ref()?;
         let is_known = |name: &str| self.index(name).is_some_and(|from| self.measures(from));
         source.signal().is_none_or(is_known).then_some(source)
     }
 
-    /// The least and the largest reference of a signal at any speed, if they are limited.
+    /// Returns the smallest and the largest reference of a signal over all speeds, if they are limited.
     pub fn widest(&self, signal: &Port) -> Option<[f64; 2]> {
         let [least, most] = self.envelope.get(&signal.name)?.range.as_ref()?;
         let rows = 0..self.trim.speed.len();
@@ -316,10 +316,10 @@ impl ControllerDesign {
     }
 }
 
-/// What an actuator is told to have got is at most so many times its limits.
+/// Largest accepted applied command, as a multiple of the limits of the actuator.
 const LARGEST_APPLIED: f64 = 10.0;
 
-/// One actuator: `command = clamp(trim + scale u_i, minimum, maximum)`.
+/// Actuator: `command = clamp(trim + scale u_i, minimum, maximum)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Actuator {
@@ -336,31 +336,32 @@ pub struct Actuator {
     /// Curve from a thruster's input to its thrust; `None` if its input is the command itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<Curve>,
-    /// The names of the signals that it steers: while it stays at its limit their references yield to what is measured.
+    /// Names of the signals that it steers: while it stays at its limit, their references move towards the measured
+    /// values.
     #[serde(default, skip_serializing_if = "is_default")]
     pub steers: Vec<String>,
-    /// The force that a command causes, \[X Z M\]. That along the hull says which way a thruster pushes that does not
-    /// steer; all else is for the documentation only.
+    /// Force per unit of command, \[X Z M\]. X gives the direction in which a thruster that does not steer pushes; Z
+    /// and M are for documentation only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<Force>,
-    /// That across the vertical plane, \[Y K N\], of an axis that it moves there.
+    /// Lateral force per unit of command, \[Y K N\]; for documentation only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lateral_force: Option<Force>,
 }
 
 impl Actuator {
-    /// The effect of a positive command, in words.
+    /// Describes the effect of a positive command.
     pub fn sign_in_words(&self) -> Option<String> {
         let forces = [self.force, self.lateral_force].map(Option::unwrap_or_default);
         squid_signals::sign_in_words(forces[0], forces[1], &self.unit)
     }
 
-    /// The force along the hull per command of a thruster that does not steer; 0 of all others.
+    /// Returns the force X along the hull per unit of command for a thruster that does not steer; 0 for all others.
     pub fn pushes(&self) -> f64 {
         if self.steers.is_empty() { self.force.unwrap_or_default()[0] } else { 0.0 }
     }
 
-    /// The largest command, in size, that it can be told to have got: beyond this the number is a mistake.
+    /// Returns the largest magnitude accepted as an applied command; larger values are taken for input errors.
     pub fn largest_applied(&self) -> f64 {
         LARGEST_APPLIED * self.minimum.abs().max(self.maximum.abs())
     }
@@ -370,12 +371,12 @@ impl Actuator {
         self.curve.as_ref().map_or(&self.unit, Curve::unit)
     }
 
-    /// The command for an actuator's input, by its curve.
+    /// Returns the command for an actuator input, by the curve.
     pub fn given(&self, taken: f64) -> f64 {
         self.curve.as_ref().map_or(taken, |curve| curve.thrust(taken).0)
     }
 
-    /// The actuator's input for a command, by the inverse of its curve, and the slope; see [`Curve::command`].
+    /// Returns the actuator input for a command, by the inverse of the curve, and its slope; see [`Curve::command`].
     pub fn taken(&self, command: f64) -> (f64, f64) {
         self.curve.as_ref().map_or((command, 1.0), |curve| curve.command(command))
     }
@@ -417,19 +418,18 @@ pub struct TrimTable {
     pub actuators: Rows,
 }
 
-/// A number, or one for each row of the trim table; in a file a list of one number, or of as many as the table
-/// has rows.
+/// Constant, or a column with one value per row of the trim table; in a file, a list with one value or one per row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Vec<f64>", into = "Vec<f64>")]
 pub enum OverSpeed {
-    /// The same at each speed.
+    /// Constant over speed.
     Constant(f64),
-    /// A column beside those of the trim table.
+    /// One value per row of the trim table.
     Table(Vec<f64>),
 }
 
 impl OverSpeed {
-    /// The number in a row of the trim table.
+    /// Returns the value in a row of the trim table.
     ///
     /// # Panics
     /// If a table has no such row.
@@ -442,7 +442,7 @@ impl OverSpeed {
 }
 
 impl From<Vec<f64>> for OverSpeed {
-    /// A constant if the numbers of a column are the same.
+    /// Gives a constant if all entries of a column are the same.
     fn from(column: Vec<f64>) -> Self {
         match column.first() {
             Some(&first) if column.iter().all(|one| *one == first) => Self::Constant(first),
@@ -460,63 +460,63 @@ impl From<OverSpeed> for Vec<f64> {
     }
 }
 
-/// What a reference is limited to; that of the speed is constant.
+/// Limits of a reference; those of the speed are constant.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceLimits {
-    /// The least and the largest reference, SI.
+    /// Smallest and largest reference, SI.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<[OverSpeed; 2]>,
-    /// The least and the largest rate of the reference, SI per second: not above and not below 0.
+    /// Smallest (at most 0) and largest (at least 0) rate of the reference, SI per second.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<[OverSpeed; 2]>,
 }
 
-/// When a sensor is lost, and what the actuators get without it; see [`Supervisor`](crate::Supervisor).
+/// Limits for the detection of lost sensors, and the fallback commands; see [`Supervisor`](crate::Supervisor).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Failsafe {
-    /// A measurement that is the same for this long, and should have moved, is lost, s; 0 if it never is for that.
+    /// Time for which a measurement may stay the same although it should have moved, s; 0 disables the check.
     pub stale_after: f64,
-    /// The commands where the vehicle cannot be controlled, in the order of the actuators.
+    /// Safe commands for a vehicle that cannot be controlled, in the order of the actuators.
     pub safe: Vec<f64>,
-    /// How each measured signal moves, by its name.
+    /// Limits of each measured signal, by its name.
     pub sensors: BTreeMap<String, Sensor>,
 }
 
-/// How a measured signal moves.
+/// Limits of the motion and the errors of a measured signal.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sensor {
-    /// The largest change between two readings for noise and rounding, SI.
+    /// Largest change between two readings caused by noise and rounding, SI.
     pub error: f64,
-    /// The largest rate at which the vehicle changes it, SI per second.
+    /// Largest rate of change caused by the motion of the vehicle, SI per second.
     pub rate: f64,
-    /// The largest rate at which it leaves what is expected of it while it is lost, SI per second.
+    /// Largest rate at which the signal departs from its estimate while the sensor is lost, SI per second.
     pub drift: f64,
-    /// The steps of its values, SI; 0 of a sensor with noise beyond its steps, whose value never stays the same.
+    /// Resolution, SI; 0 for a sensor with noise above its resolution, whose value never stays the same.
     #[serde(default, skip_serializing_if = "is_default")]
     pub resolution: f64,
-    /// The longest time between two values, s; 0 of a sensor with a value at each tick.
+    /// Longest time between two values, s; 0 for a sensor with a new value at each tick.
     #[serde(default, skip_serializing_if = "is_default")]
     pub period: f64,
-    /// What else knows its rate.
+    /// Source of its rate independent of the sensor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<Source>,
 }
 
-/// What the rate of a measured signal follows from.
+/// Source of the rate of a measured signal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "lowercase")]
 pub enum Source {
-    /// Another measured signal: it is the rate, as that of heading.
+    /// Measured signal that is the rate, as for heading.
     Rate(String),
-    /// The signal of the pitch, as that of depth: `rate = -V (signal - trim)`, V the measured speed.
+    /// Pitch signal, as for depth: `rate = -V (signal - trim)`, V the measured speed.
     Path(String),
-    /// The commands, as that of speed: after they were u0 the signal has changed by m,
+    /// Commands, as for speed: the change m of the signal since the commands were u0 follows
     /// `m' = sum over j of gains_j (u_j - u0_j) - m/time`.
     Commands {
-        /// SI per second and unit of the command.
+        /// Gains, SI per second and unit of the command.
         gains: Vec<f64>,
         /// Time constant, s.
         time: f64,
@@ -524,7 +524,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// The signal, if it is one.
+    /// Returns the name of the source signal; `None` for commands.
     pub fn signal(&self) -> Option<&str> {
         match self {
             Self::Rate(signal) | Self::Path(signal) => Some(signal),
@@ -533,30 +533,30 @@ impl Source {
     }
 }
 
-/// What is flown without a signal.
+/// Fallback for a lost signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Without {
-    /// The signal that is scheduled on: it is taken to go to V_r, so that its loop is open.
+    /// Scheduling signal: estimated to return to V_r, so that its loop is open.
     Speed,
-    /// A signal whose rate follows from others that are measured: it is reckoned from its last value.
+    /// Signal whose rate follows from other measured signals: integrated from its last value (dead reckoning).
     Reckoned,
-    /// Another: the commands of [`Failsafe::safe`].
+    /// Any other signal: the commands of [`Failsafe::safe`].
     Nothing,
 }
 
-/// A gain of a controller that was given: a polynomial in rho.
+/// Gain of a given controller, a polynomial in rho.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gain {
-    /// Its name, for instance `pitch.kp`.
+    /// Name, for instance `pitch.kp`.
     pub name: String,
-    /// Its SI unit.
+    /// SI unit.
     pub unit: String,
-    /// The coefficients of 1, rho, rho^2.
+    /// Coefficients of 1, rho, rho^2.
     pub coefficients: Vec<f64>,
 }
 
-/// The achieved performance level.
+/// Achieved performance level.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gamma {
@@ -564,9 +564,9 @@ pub struct Gamma {
     pub optimum: f64,
     /// Level guaranteed by the controller in this file.
     pub bound: f64,
-    /// Factor by which the level was relaxed from the optimum; 0 for a controller that was given, not computed.
+    /// Factor by which the level was relaxed from the optimum; 0 for a given controller.
     pub back_off: f64,
-    /// Whether the level was proved in exact arithmetic.
+    /// `true` if the level was proved in exact arithmetic.
     pub certified: bool,
 }
 
@@ -580,7 +580,7 @@ pub struct InputHashes {
     pub design_sha256: String,
 }
 
-/// A time in ticks, rounded up: two at least.
+/// Returns a time in ticks, rounded up, at least two.
 pub fn ticks(time: f64, sample_time: f64) -> u32 {
     ((time / sample_time).ceil() as u32).max(2)
 }

@@ -2,65 +2,65 @@
 
 use crate::design::CONTROLLER_FORMAT;
 
-/// Why a design cannot be used; `key` is the path in the JSON file.
+/// Error of a design; `key` is the path in the JSON file.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum DesignError {
-    /// Not JSON, or a key that is missing, unknown or of another type.
+    /// Invalid JSON, or a key that is missing, unknown or of another type.
     #[error("the controller design cannot be read: {0}")]
     Json(#[from] serde_json::Error),
-    /// Another format or version.
+    /// Unsupported format or version.
     #[error("format is '{found}', but only '{CONTROLLER_FORMAT}' can be read")]
     WrongFormat { found: String },
-    /// A number that is not allowed.
+    /// Number out of its allowed range.
     #[error("{key} is {value}, but must be {allowed}")]
     BadNumber { key: String, value: f64, allowed: &'static str },
-    /// A text that is not allowed.
+    /// Text that is not allowed.
     #[error("{key} is '{found}', but must be {allowed}")]
     BadText { key: String, found: String, allowed: String },
-    /// The same name twice.
+    /// Duplicate name.
     #[error("{key} is '{name}', which occurs twice")]
     NameTaken { key: String, name: String },
-    /// A list that must not be empty.
+    /// Empty list that must not be empty.
     #[error("{key} is empty")]
     Empty { key: &'static str },
-    /// A list of the wrong length.
+    /// List of the wrong length.
     #[error("{key} has {found} entries, but must have {expected}")]
     WrongLength { key: String, found: usize, expected: usize },
     /// More than one scheduling parameter; only the speed is measured.
     #[error("lft.blocks has {found} parameters, but only the speed can be scheduled on")]
     SeveralParameters { found: usize },
-    /// A range with its ends swapped or equal.
+    /// Range with its ends swapped or equal.
     #[error("{key} ranges from {minimum} to {maximum}, which is empty")]
     EmptyRange { key: String, minimum: f64, maximum: f64 },
     /// Centre and half range that disagree with minimum and maximum.
     #[error("scheduling: {end} m/s gives rho = {rho}, but must give {expected}")]
     SchedulingMismatch { end: f64, rho: f64, expected: f64 },
-    /// A column that must increase.
+    /// Column that does not increase.
     #[error("{key} must increase, but {next} follows {previous}")]
     NotIncreasing { key: &'static str, previous: f64, next: f64 },
-    /// A trim table that does not cover the scheduled speeds.
+    /// Trim table that does not cover the scheduled speeds.
     #[error("trim.speed covers {first} .. {last} m/s, but scheduling needs {minimum} .. {maximum} m/s")]
     TrimTooShort { first: f64, last: f64, minimum: f64, maximum: f64 },
-    /// A trim command that the actuator cannot give.
+    /// Trim command outside the limits of its actuator.
     #[error("{key} is {value}, outside the limits {minimum} .. {maximum} of that actuator")]
     TrimBeyondLimits { key: String, value: f64, minimum: f64, maximum: f64 },
-    /// A pole at 2/T, where the trapezoidal rule is singular.
+    /// Pole at 2/T, where the trapezoidal rule is singular.
     #[error("I - A T/2 is singular at T = {sample_time} s: the controller is too fast for its sample time")]
     TooFast { sample_time: f64 },
 }
 
-/// Why a tick could not be computed.
+/// Error of a tick.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum TickError {
-    /// An input that is infinite or not a number.
+    /// Input that is infinite or not a number.
     #[error("the input {name} is {value}, which is not finite")]
     InputNotFinite { name: String, value: f64 },
-    /// An input at the start that only makes sense in another unit or with another sign.
+    /// Input at the first tick outside its plausible range, such as one in another unit or with another sign.
     #[error("{name} is {found} at the first tick, but must be {allowed}")]
     OtherUnit { name: String, found: String, allowed: String },
-    /// An applied command that no actuator can have got.
+    /// Applied command far beyond the limits of its actuator.
     #[error(
         "the applied command of {name} is {value} {unit}, but must be finite and no larger than {most} {unit}, ten \
          times its limits"
@@ -71,7 +71,7 @@ pub enum TickError {
         "the controller's algebraic loop is singular (pivot {pivot:e}) at scheduling parameter {parameter}"
     )]
     SingularLoop { parameter: f64, pivot: f64 },
-    /// Overflow.
+    /// Command that is infinite or not a number.
     #[error(
         "the controller's command {index} is {value}: an input is far too large, or the loop has diverged"
     )]

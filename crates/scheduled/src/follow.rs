@@ -1,31 +1,32 @@
-//! Commands that are not the autopilot's: following them, and taking over from them without a jump.
+//! Following the commands of another source, and taking over from it without a jump.
 
 use crate::{Actuator, Autopilot, Inputs, Saturation, TickError, Transition};
 
 impl Autopilot {
-    /// Follows commands that are not its own: of a pilot, of another design. To be called before each tick while those
+    /// Follows the commands of another source: of a pilot, of another design. To be called before each tick while those
     /// are applied, and once before the first tick after.
     ///
     /// ```text
-    /// reference_i = measured_i + lag_i rate_i within its range, if it is measured; rate_i where a sensor knows it,
+    /// reference_i = measured_i + lag_i rate_i within its range, if it is measured; rate_i where a sensor gives it,
     ///               within its limits
     /// V_r         = the reference of the speed
     /// x          <- x - F(rho) (trim + scale u - applied)/scale
     /// ```
     ///
-    /// F(rho) is the gain `follow` of the design: the controller would command what is applied, as nearly as it can at
-    /// all. The next tick commands what is applied; from there the range of each command opens within 1 s to the limits
-    /// of its actuator, and the state follows, by F, a command that is cut off. Each reference goes on with the rate of
-    /// the vehicle, where a sensor knows it, and to what is asked through two lags of 1 s, within its limits. Nothing
-    /// is proved of a loop while it follows, or while a command is cut off so.
+    /// F(rho) is the gain `follow` of the design: it brings the command of the controller as near to the applied one as
+    /// possible. The next tick outputs the applied command; from there the range of each command opens within 1 s to
+    /// the limits of its actuator, and F corrects the state for a command outside this range. Each reference continues
+    /// with the rate of the vehicle, where a sensor gives it, and returns to the request through two lags of 1 s,
+    /// within its limits. Nothing is proved about a loop while it follows, or while a command is limited by the opening
+    /// range.
     ///
-    /// `applied` are commands in the order of the actuators, as those of [`Outputs`](crate::Outputs); one beyond the
-    /// limits of its actuator is that limit.
+    /// `applied` holds commands in the order of the actuators, like [`Outputs`](crate::Outputs); they are clamped to
+    /// the limits of the actuators.
     ///
     /// # Errors
-    /// [`TickError`]; the autopilot is then to be initialised again, but after [`TickError::AppliedTooLarge`].
+    /// [`TickError`]; the autopilot then has to be initialised again, except after [`TickError::AppliedTooLarge`].
     pub fn follow(&mut self, inputs: &Inputs, applied: &[f64]) -> Result<(), TickError> {
-        self.take_applied(applied)?;
+        self.store_applied(applied)?;
         inputs.check(&self.plan.signals)?;
         self.saturation.fill(Saturation::default());
         let speed = self.plan.speed;
@@ -56,32 +57,33 @@ impl Autopilot {
         Ok(())
     }
 
-    /// Whether the range of the commands still opens after [`follow`](Self::follow).
+    /// Returns `true` while the range of the commands opens after [`follow`](Self::follow).
     pub fn opens(&self) -> bool {
         self.followed_for < self.plan.opening.ticks
     }
 
-    /// By how much the range of each command opens in a tick, SI, and the ticks until it is open.
+    /// Returns the opening of the range of each command per tick, SI, and the ticks until it is open.
     pub fn opening(&self) -> (&[f64], u32) {
         (&self.plan.opening.steps, self.plan.opening.ticks)
     }
 
-    /// The outputs of a tick with the range of the commands as far as it is open.
+    /// Computes the outputs of a tick with the commands limited to the open range.
     pub(crate) fn compute_opening(&mut self, inputs: &Inputs) -> Result<(), TickError> {
         self.compute_outputs(inputs, false)?;
-        if self.cut_off() {
+        if self.clamp_to_opening() {
             let Self { plan, controller, outputs, excess, .. } = self;
             plan.following.correct(outputs.scheduling_parameter, excess, controller.state_mut());
             self.compute_commands()?;
-            self.cut_off();
+            self.clamp_to_opening();
             self.excess.fill(0.0);
         }
         self.followed_for += 1;
         Ok(())
     }
 
-    /// Cuts off commands beyond the range that is open, and adds to their excess. Returns whether any is.
-    fn cut_off(&mut self) -> bool {
+    /// Clamps the commands to the open range, and adds the difference to their excess. Returns `true` if any command
+    /// changed.
+    fn clamp_to_opening(&mut self) -> bool {
         let Self { plan, outputs, excess, anchor, followed_for, .. } = self;
         let mut any = false;
         for (index, command) in outputs.commands.iter_mut().enumerate() {
@@ -96,17 +98,17 @@ impl Autopilot {
         any
     }
 
-    /// What the actuators really got since the last tick, where something else limits them further: the anti-windup
-    /// knows of it. To be called before a tick.
+    /// Passes the commands actually applied since the last tick to the anti-windup, where something else limits them
+    /// further. To be called before a tick.
     ///
     /// ```text
     /// x <- x + E (command - applied)/scale      E: the gain `anti_windup` of the design
     /// ```
     ///
     /// # Errors
-    /// [`TickError::AppliedTooLarge`]; nothing is changed.
+    /// [`TickError::AppliedTooLarge`]; the autopilot is then unchanged.
     pub fn feed_back(&mut self, applied: &[f64]) -> Result<(), TickError> {
-        self.take_applied(applied)?;
+        self.store_applied(applied)?;
         let Self { plan, controller, outputs, excess, applied, .. } = self;
         let Some(gain) = &plan.anti_windup else { return Ok(()) };
         let each = excess.iter_mut().zip(&outputs.commands).zip(&*applied).zip(&plan.actuators);
@@ -117,13 +119,13 @@ impl Autopilot {
         Ok(())
     }
 
-    /// Sets a reference to where it is when the measured value lags behind it, from where it goes on with the rate of
-    /// that and then to what is asked.
+    /// Sets a reference ahead of the measured value by the lag of the signal, from where it continues with the measured
+    /// rate and returns to the request.
     fn begin_reference(&mut self, reference: usize, inputs: &Inputs) {
         let Self { plan, references, transitions, filtered_speed, .. } = self;
         let port = &plan.signals[reference];
-        let asked = inputs.references[reference];
-        let from = if plan.measured[reference] { inputs.measured[reference] } else { asked };
+        let request = inputs.references[reference];
+        let from = if plan.measured[reference] { inputs.measured[reference] } else { request };
         let from = port.nearest(from, references[reference]);
         let trim = plan.trim.at(*filtered_speed);
         let rate = plan.sources.rate(&plan.trim, reference, |signal| inputs.measured[signal]).unwrap_or(0.0);
@@ -133,23 +135,23 @@ impl Autopilot {
         transitions[reference] = Transition { rate, ..Transition::from(references[reference]) };
     }
 
-    /// Takes what the actuators got, within their limits.
+    /// Stores the applied commands, clamped to the limits of the actuators.
     ///
     /// # Errors
-    /// [`TickError::AppliedTooLarge`]; nothing is changed.
-    pub(crate) fn take_applied(&mut self, applied: &[f64]) -> Result<(), TickError> {
-        let Self { plan, applied: taken, .. } = self;
+    /// [`TickError::AppliedTooLarge`]; the autopilot is then unchanged.
+    pub(crate) fn store_applied(&mut self, applied: &[f64]) -> Result<(), TickError> {
+        let Self { plan, applied: stored, .. } = self;
         for (value, actuator) in applied.iter().zip(&plan.actuators) {
             check_applied(actuator, *value)?;
         }
-        for ((taken, value), actuator) in taken.iter_mut().zip(applied).zip(&plan.actuators) {
-            *taken = value.clamp(actuator.minimum, actuator.maximum);
+        for ((stored, value), actuator) in stored.iter_mut().zip(applied).zip(&plan.actuators) {
+            *stored = value.clamp(actuator.minimum, actuator.maximum);
         }
         Ok(())
     }
 }
 
-/// Refuses an applied command that an actuator cannot have got.
+/// Rejects an applied command far beyond the limits of its actuator.
 fn check_applied(actuator: &Actuator, value: f64) -> Result<(), TickError> {
     let most = actuator.largest_applied();
     if value.abs() <= most {

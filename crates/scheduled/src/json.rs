@@ -15,7 +15,7 @@ impl ControllerDesign {
         Ok(design)
     }
 
-    /// The design as JSON, one matrix row per line; numbers read back to the same `f64`.
+    /// Writes the design as JSON, one matrix row per line; numbers read back to the same `f64`.
     ///
     /// # Errors
     /// [`DesignError`] if the design is invalid and could not be read back.

@@ -23,7 +23,7 @@ pub struct Sizes {
     pub channels: usize,
 }
 
-/// The nine matrices, in continuous or discrete time; see the crate's documentation for the partition.
+/// LFT with nine matrices, in continuous or discrete time; see the crate's documentation for the partition.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs)]
 pub struct Lft {
@@ -62,7 +62,7 @@ impl Lft {
         })
     }
 
-    /// Numbers of states, inputs, outputs and channels.
+    /// Returns the numbers of states, inputs, outputs and channels.
     pub fn sizes(&self) -> Sizes {
         Sizes {
             states: self.a.rows(),
@@ -73,7 +73,7 @@ impl Lft {
     }
 }
 
-/// A matrix of the given shape with finite entries; `key` is its path in the JSON file.
+/// Returns a matrix of the given shape with finite entries; `key` is its path in the JSON file.
 #[inline]
 pub(crate) fn checked(key: &str, rows: &Rows, height: usize, width: usize) -> Result<Matrix, DesignError> {
     let wrong = |key: String, found, expected| DesignError::WrongLength { key, found, expected };

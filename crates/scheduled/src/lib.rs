@@ -22,13 +22,13 @@
 //!
 //! Saturation: commands are clamped to the actuators' limits. If the design has an anti-windup gain,
 //! [`ControllerDesign::anti_windup`], it feeds the excess back to the controller's states. While an actuator stays at
-//! its limit, the references of the signals that it [steers](Actuator::steers) yield to what is measured.
+//! its limit, the references of the signals that it [steers](Actuator::steers) move towards the measured values.
 //!
-//! Sensors: a [`Supervisor`] judges them before each tick, and flies without those that are lost as the design's
-//! [`Failsafe`] says.
+//! Sensors: a [`Supervisor`] checks them before each tick, and replaces those that are lost as the design's
+//! [`Failsafe`] specifies.
 //!
-//! Engagement: [`Autopilot::follow`] brings the controller to commands that are not its own, so that it takes over from
-//! them without a jump.
+//! Engagement: [`Autopilot::follow`] tracks the commands of another source, so that the autopilot takes over from it
+//! without a jump (bumpless transfer).
 
 mod autopilot;
 mod design;
@@ -62,7 +62,7 @@ pub use lft::{Lft, Sizes};
 pub use manoeuvre::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre, ManoeuvreError};
 pub use ports::{Inputs, Outputs};
 pub use snapshot::{Snapshot, SnapshotError};
-/// How well the vehicle of a design is known.
+/// Level of a signal, and status of the data of a vehicle.
 pub use squid_signals::{Level, Status};
 pub use tangent::OutputTangents;
 pub use trim::{FARTHEST, Trim};

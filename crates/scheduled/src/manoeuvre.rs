@@ -1,4 +1,4 @@
-//! The default manoeuvre: steps of references during a speed ramp.
+//! Default manoeuvre: steps of references during a speed ramp.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -6,16 +6,16 @@ use std::f64::consts::PI;
 
 use crate::ControllerDesign;
 
-/// The manoeuvre in `resources/`.
+/// Name of the manoeuvre file in `resources/`.
 pub const MANOEUVRE_RESOURCE: &str = "manoeuvre.json";
 
-/// The `format` of the files that this version reads and writes.
+/// `format` of a manoeuvre file.
 pub const MANOEUVRE_FORMAT: &str = "squid-manoeuvre/1";
 
-/// A step takes effect this much earlier \[s\], so that rounding of `k Ts` cannot delay it by a tick.
+/// Time \[s\] by which a step takes effect earlier, so that rounding of `k Ts` cannot delay it by a tick.
 const ROUNDING_OF_TIME: f64 = 1e-9;
 
-/// A step of one or more references during a speed ramp.
+/// Step of one or more references during a speed ramp.
 ///
 /// ```text
 /// V(t)   = speed_from + (speed_to - speed_from) clamp((t - ramp_start)/ramp_duration, 0, 1)
@@ -23,7 +23,7 @@ const ROUNDING_OF_TIME: f64 = 1e-9;
 ///          y0_i(V(t))              otherwise
 /// ```
 ///
-/// y0 is the signal in trim; of the depth, and of all that is measured from the start, the initial value.
+/// y0 is the signal in trim; for the depth and other signals measured from the start, the initial value.
 ///
 /// ```
 /// use squid_scheduled::Manoeuvre;
@@ -57,20 +57,20 @@ pub struct Manoeuvre {
     pub duration: f64,
 }
 
-/// Why a manoeuvre is invalid; `key` is the key in the JSON file and the name of the FMU's parameter.
+/// Error of a manoeuvre; `key` is the key in the JSON file and the name of the FMU's parameter.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum ManoeuvreError {
-    /// Not JSON, or a key that is missing, unknown or of another type.
+    /// Invalid JSON, or a key that is missing, unknown or of another type.
     #[error("the manoeuvre cannot be read: {0}")]
     Json(#[from] serde_json::Error),
-    /// Another format or version.
+    /// Unsupported format or version.
     #[error("format is '{found}', but only '{MANOEUVRE_FORMAT}' can be read")]
     WrongFormat { found: String },
-    /// A number that is not allowed.
+    /// Number out of its allowed range.
     #[error("{key} is {value}, but must be {allowed}")]
     BadNumber { key: String, value: f64, allowed: String },
-    /// A step that ends before it starts.
+    /// Step that ends before it starts.
     #[error("step_end is {step_end} s, before step_time at {step_time} s")]
     StepEndsBeforeItStarts { step_time: f64, step_end: f64 },
 }
@@ -133,8 +133,8 @@ impl Manoeuvre {
         Ok(())
     }
 
-    /// Checks that an autopilot has a reference of every signal that steps, and that each step is within the range of
-    /// its signal, and a turn below half a turn, to which either way is as short.
+    /// Checks that an autopilot has a reference for every step, and that each step is within the range of its signal,
+    /// for a circular angle below half a turn, from where the shorter way is not unique.
     ///
     /// # Errors
     /// [`ManoeuvreError::BadNumber`].
@@ -143,7 +143,8 @@ impl Manoeuvre {
         self.check_steps_of(&[design])
     }
 
-    /// As [`check_steps`](Self::check_steps), of the autopilots of several axes, one of which has each reference.
+    /// Checks the same as [`check_steps`](Self::check_steps) for the autopilots of several axes, of which one has to
+    /// have the reference of each step.
     ///
     /// # Errors
     /// [`ManoeuvreError::BadNumber`].
@@ -157,8 +158,8 @@ impl Manoeuvre {
             let Some(signal) = signal else {
                 return check_number(&key, *height, false, "0: the autopilot has no reference of it");
             };
-            let turn = if signal.circular { PI } else { f64::INFINITY };
-            let [least, most] = signal.range.unwrap_or([-turn, turn]);
+            let half_turn = if signal.circular { PI } else { f64::INFINITY };
+            let [least, most] = signal.range.unwrap_or([-half_turn, half_turn]);
             let (valid, allowed) =
                 (least < *height && *height < most, format!("above {least} and below {most}"));
             check_number(&key, *height, valid, &allowed)?;
@@ -166,7 +167,7 @@ impl Manoeuvre {
         Ok(())
     }
 
-    /// Checks that the vehicle moves ahead: its speeds are above 0.
+    /// Checks that the vehicle moves ahead, with speeds above 0.
     ///
     /// # Errors
     /// [`ManoeuvreError::BadNumber`].
@@ -178,7 +179,7 @@ impl Manoeuvre {
         Ok(())
     }
 
-    /// The numbers of the manoeuvre besides the steps.
+    /// Returns the parameters of the manoeuvre except the steps.
     pub fn numbers(&mut self) -> [&mut f64; 7] {
         [
             &mut self.step_time,
@@ -191,31 +192,31 @@ impl Manoeuvre {
         ]
     }
 
-    /// Speed reference V along the path through the water \[m/s\] at a time \[s\].
+    /// Returns the speed reference V along the path through the water \[m/s\] at a time \[s\].
     pub fn speed_reference(&self, time: f64) -> f64 {
         let progress = ((time - self.ramp_start) / self.ramp_duration).clamp(0.0, 1.0);
         // Exact at both ends.
         (1.0 - progress) * self.speed_from + progress * self.speed_to
     }
 
-    /// The height of the step of a signal, SI; 0 without one.
+    /// Returns the height of the step of a signal, SI; 0 without one.
     pub fn step(&self, signal: &str) -> f64 {
         self.steps.get(signal).copied().unwrap_or_default()
     }
 
-    /// This manoeuvre with a single step, of this signal.
+    /// Returns this manoeuvre with a step of this signal only.
     #[must_use]
     pub fn with_step(&self, signal: &str, height: f64) -> Self {
         Self { steps: [(signal.to_owned(), height)].into(), ..self.clone() }
     }
 
-    /// This manoeuvre without a step.
+    /// Returns this manoeuvre without steps.
     #[must_use]
     pub fn without_steps(&self) -> Self {
         Self { steps: BTreeMap::new(), ..self.clone() }
     }
 
-    /// The reference of a signal minus its value in trim, SI, at a time \[s\].
+    /// Returns the reference of a signal minus its value in trim, SI, at a time \[s\].
     pub fn above_trim(&self, time: f64, signal: &str) -> f64 {
         let time = time + ROUNDING_OF_TIME;
         if time >= self.step_time && time < self.step_end { self.step(signal) } else { 0.0 }

@@ -6,9 +6,9 @@ use crate::design::{Port, Reference};
 /// Measurements and references of the autopilot; SI units, radians.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inputs {
-    /// The measured value of each signal of the design; those that it does not measure have no effect.
+    /// Measured value of each signal of the design; those that it does not measure have no effect.
     pub measured: Vec<f64>,
-    /// The reference of each signal that can be tracked, absolute.
+    /// Reference of each signal that can be tracked, absolute.
     pub references: Vec<f64>,
 }
 
@@ -17,19 +17,19 @@ pub struct Inputs {
 pub struct Outputs {
     /// Commands, in the order of the design's actuators.
     pub commands: Vec<f64>,
-    /// The scheduling parameter rho in [-1, 1].
+    /// Scheduling parameter rho in [-1, 1].
     pub scheduling_parameter: f64,
-    /// The measured speed is outside the scheduled range, and rho was clamped.
+    /// `true` if the measured speed is outside the scheduled range and rho was clamped.
     pub out_of_range: bool,
-    /// A reference is not used as it is asked: it is limited to the envelope, yields, or returns to what is
-    /// asked.
+    /// `true` if a reference differs from the requested one: it is limited by the envelope, moves towards the measured
+    /// value, or is returning to the request.
     pub reference_limited: bool,
-    /// The trim of each signal of [`ControllerDesign::trimmed`](crate::ControllerDesign::trimmed) at the speed V_r.
+    /// Trim of each signal of [`ControllerDesign::trimmed`](crate::ControllerDesign::trimmed) at the speed V_r.
     pub trim: Vec<f64>,
 }
 
 impl Port {
-    /// Refuses a value that it cannot have at the first tick.
+    /// Rejects a value outside the range allowed at the first tick.
     pub(crate) fn check_first(&self, value: f64, reference: Option<&Reference>) -> Result<(), TickError> {
         let Some([least, most]) = self.first(reference.is_some()) else { return Ok(()) };
         if (least..=most).contains(&value) {

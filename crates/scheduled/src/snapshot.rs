@@ -1,46 +1,46 @@
-//! The complete state of an autopilot, which can be saved and restored.
+//! Saved state of an autopilot.
 
 use crate::{Outputs, Saturation, Transition};
 
-/// The complete state of an [`Autopilot`](crate::Autopilot), without its design.
+/// Complete state of an [`Autopilot`](crate::Autopilot), without its design.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
     /// State xk of the controller.
     pub state: Vec<f64>,
-    /// The filtered speed reference V_r in m/s.
+    /// Filtered speed reference V_r in m/s.
     pub filtered_speed: f64,
-    /// The references as they were used.
+    /// References after all limits.
     pub references: Vec<f64>,
-    /// Their ways to what is asked.
+    /// Transitions of the references to their targets.
     pub transitions: Vec<Transition>,
-    /// The saturation of each actuator.
+    /// Saturation of each actuator.
     pub saturation: Vec<Saturation>,
-    /// What was applied when the autopilot followed last.
+    /// Applied commands of the last [`follow`](crate::Autopilot::follow).
     pub anchor: Vec<f64>,
-    /// The ticks since then.
+    /// Ticks since then.
     pub followed_for: u32,
-    /// The value at initialisation of each signal, for those whose level it is.
+    /// Value of each signal at initialisation, for those with [`Level::Start`](crate::Level::Start).
     pub origins: Vec<f64>,
     /// Outputs of the last tick.
     pub outputs: Outputs,
-    /// Delayed commands, computed but not yet put out; see [`ControllerDesign::delay_ticks`](crate::ControllerDesign).
+    /// Delayed commands, computed but not yet output; see [`ControllerDesign::delay_ticks`](crate::ControllerDesign).
     pub delayed: Vec<f64>,
     /// Time of tick 0 in s.
     pub start: f64,
     /// Number of ticks so far.
     pub ticks: u64,
-    /// Whether the last tick was outside the scheduled range.
+    /// `true` if the last tick was outside the scheduled range.
     pub outside: bool,
 }
 
-/// Why a snapshot does not match an autopilot.
+/// Mismatch between a snapshot and an autopilot.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum SnapshotError {
-    /// Another number of states or commands than in the design.
+    /// List whose length differs from that of the design.
     #[error("it has {found} {what}, but the controller has {expected}")]
     Length { what: &'static str, found: usize, expected: usize },
-    /// A number that is infinite or not a number.
+    /// Value that is infinite or not a number.
     #[error("it contains the number {value}")]
     NotFinite { value: f64 },
 }

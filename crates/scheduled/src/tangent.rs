@@ -2,33 +2,33 @@
 
 use crate::{Autopilot, Inputs, TickError, Transition};
 
-/// The directional derivatives of the outputs of a tick.
+/// Directional derivatives of the outputs of a tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputTangents {
     /// Derivatives of the commands, in the order of the design's actuators.
     pub commands: Vec<f64>,
-    /// The commands that this tick computes.
+    /// Commands computed by this tick, before the delay.
     pub computed: Vec<f64>,
     /// Derivative of the scheduling parameter.
     pub scheduling_parameter: f64,
-    /// Derivatives of the references as they are used.
+    /// Derivatives of the references after all limits.
     pub references: Vec<f64>,
     /// Derivatives of the trims.
     pub trim: Vec<f64>,
 }
 
-/// A tick whose derivatives are asked for.
+/// Tick to differentiate.
 #[derive(Clone, Copy, PartialEq)]
 enum Tick {
-    /// The initialisation.
+    /// Initialisation.
     Initial,
-    /// The first, with an initialisation at the same inputs just before it.
+    /// First tick, with an initialisation at the same inputs just before it.
     First,
     Next,
 }
 
 impl Autopilot {
-    /// The derivatives of the outputs of a tick at `inputs` along `direction`. The autopilot does not change.
+    /// Returns the derivatives of the outputs of a tick at `inputs` along `direction`. The autopilot does not change.
     ///
     /// The outputs are those of the next tick, where a filtered V_r is constant, or with `initial` those of
     /// [`initialise`](Self::initialise), where V_r is the speed reference. The derivatives include that of the
@@ -47,8 +47,8 @@ impl Autopilot {
         self.derive(if initial { Tick::Initial } else { Tick::Next }, inputs, direction)
     }
 
-    /// As [`tangents`](Self::tangents), of the first tick where [`initialise`](Self::initialise) is called again before
-    /// it, with the same inputs.
+    /// Returns the derivatives, like [`tangents`](Self::tangents), of the first tick after
+    /// [`initialise`](Self::initialise) with the same inputs.
     ///
     /// # Errors
     /// [`TickError::SingularLoop`].
@@ -56,7 +56,7 @@ impl Autopilot {
     pub fn first_tangents(&self, inputs: &Inputs, direction: &Inputs) -> Result<OutputTangents, TickError> {
         let first = self.derive(Tick::First, inputs, direction)?;
         if self.has_delay() {
-            // What comes out was computed by the initialisation.
+            // The commands output by this tick were computed by the initialisation.
             let OutputTangents { commands, computed, .. } = self.derive(Tick::Initial, inputs, direction)?;
             return Ok(OutputTangents { commands, computed, ..first });
         }
@@ -68,52 +68,53 @@ impl Autopilot {
         let plan = &*self.plan;
         let starts = tick != Tick::Next;
         let yields = |signal: usize| !starts && plan.governor.yields(signal, self.saturation());
-        // A reference at an initialisation, and how it moves with the inputs and with V_r.
-        let begun = |signal: usize, speed: f64| {
-            let asked = plan.asked(signal, inputs, None);
-            let used = plan.envelope.tangent(signal, asked, Transition::default(), None, (&plan.trim, speed));
+        // Reference at an initialisation, with its derivatives along `direction` and with respect to V_r.
+        let initial_reference = |signal: usize, speed: f64| {
+            let request = plan.requested(signal, inputs, None);
+            let limited =
+                plan.envelope.tangent(signal, request, Transition::default(), None, (&plan.trim, speed));
             let begins = plan.begins_as_measured(signal);
-            let moves = if begins { direction.measured[signal] } else { direction.references[signal] };
-            (used.value, used.by_asked * moves, used.by_speed)
+            let derivative = if begins { direction.measured[signal] } else { direction.references[signal] };
+            (limited.value, limited.by_request * derivative, limited.by_speed)
         };
-        let used = |signal: usize, speed: f64| {
+        let limited = |signal: usize, speed: f64| {
             let at = (&plan.trim, speed);
             if yields(signal) {
                 let measured = plan.measured_near(signal, inputs, self.references());
                 let to = plan.governor.yielded(self.references()[signal], measured);
-                let used = plan.envelope.tangent(signal, to, Transition::default(), None, at);
-                let moves = plan.governor.yielded(0.0, direction.measured[signal]);
-                return (used.value, used.by_asked * moves, used.by_speed);
+                let limited = plan.envelope.tangent(signal, to, Transition::default(), None, at);
+                let derivative = plan.governor.yielded(0.0, direction.measured[signal]);
+                return (limited.value, limited.by_request * derivative, limited.by_speed);
             }
             let (last, dlast, last_by_speed) = match tick {
-                Tick::Initial => return begun(signal, speed),
-                Tick::First => begun(signal, speed),
+                Tick::Initial => return initial_reference(signal, speed),
+                Tick::First => initial_reference(signal, speed),
                 Tick::Next => (self.references()[signal], 0.0, 0.0),
             };
             let transition = if starts { Transition::default() } else { self.transitions[signal] };
-            let asked = plan.asked(signal, inputs, Some(last));
-            let used = plan.envelope.tangent(signal, asked, transition, Some(last), at);
+            let request = plan.requested(signal, inputs, Some(last));
+            let limited = plan.envelope.tangent(signal, request, transition, Some(last), at);
             (
-                used.value,
-                used.by_asked * direction.references[signal] + used.by_last * dlast,
-                used.by_speed + used.by_last * last_by_speed,
+                limited.value,
+                limited.by_request * direction.references[signal] + limited.by_last * dlast,
+                limited.by_speed + limited.by_last * last_by_speed,
             )
         };
         let filtered = self.filtered_speed();
-        let wanted = (!plan.speed_given).then(|| {
-            let (value, moves, _) = used(plan.speed, filtered);
-            (value, moves)
+        let speed_reference = (!plan.speed_given).then(|| {
+            let (value, derivative, _) = limited(plan.speed, filtered);
+            (value, derivative)
         });
-        let (speed, dspeed) = match wanted {
+        let (speed, dspeed) = match speed_reference {
             _ if plan.filter.is_some() && !starts => (filtered, 0.0),
-            Some(wanted) => wanted,
+            Some(speed_reference) => speed_reference,
             None => (inputs.measured[plan.speed], direction.measured[plan.speed]),
         };
-        let each = |signal: usize| match wanted {
-            Some(wanted) if signal == plan.speed => wanted,
+        let each = |signal: usize| match speed_reference {
+            Some(speed_reference) if signal == plan.speed => speed_reference,
             _ => {
-                let (value, moves, by_speed) = used(signal, speed);
-                (value, moves + by_speed * dspeed)
+                let (value, derivative, by_speed) = limited(signal, speed);
+                (value, derivative + by_speed * dspeed)
             }
         };
         let (references, dreferences): (Vec<f64>, Vec<f64>) = (0..inputs.references.len()).map(each).unzip();
@@ -123,13 +124,13 @@ impl Autopilot {
         let measured = |signal| plan.measured_near(signal, inputs, &references);
         let y: Vec<f64> =
             plan.y(measured, &references, |signal| trim.signal(signal, origin(signal))).collect();
-        // At initialisation a level that is the measured value moves with it.
-        let moved = |signal: usize| {
-            let moves = starts && plan.starts_as_measured(signal);
-            let dorigin = if moves { direction.measured[signal] } else { 0.0 };
+        // At initialisation, a level that is the measured value changes with it.
+        let dlevel = |signal: usize| {
+            let is_origin = starts && plan.starts_as_measured(signal);
+            let dorigin = if is_origin { direction.measured[signal] } else { 0.0 };
             plan.trim.signal_slope(speed, signal) * dspeed + dorigin
         };
-        let dy: Vec<f64> = plan.y(|signal| direction.measured[signal], &dreferences, moved).collect();
+        let dy: Vec<f64> = plan.y(|signal| direction.measured[signal], &dreferences, dlevel).collect();
         let rho = plan.rho(inputs.measured[plan.speed]);
         let inside = rho.abs() <= 1.0;
         let slope = plan.trim.speed_slope(inputs.measured[plan.speed]) / plan.half_range;
@@ -142,10 +143,11 @@ impl Autopilot {
         for (index, computed) in computed.iter_mut().enumerate() {
             *computed = plan.trim.command(speed, index) + plan.actuators[index].scale * *computed;
         }
-        let ahead = plan.ahead(speed, if starts { &[] } else { self.saturation() }, &computed);
+        let protected_speed =
+            plan.protected_speed(speed, if starts { &[] } else { self.saturation() }, &computed);
         for (index, (command, computed)) in commands.iter_mut().zip(&mut computed).enumerate() {
             let scale = plan.actuators[index].scale;
-            let [minimum, maximum] = plan.limits(index, plan.trim.command(speed, index), ahead);
+            let [minimum, maximum] = plan.limits(index, plan.trim.command(speed, index), protected_speed);
             let value = *computed;
             *computed = value.clamp(minimum, maximum);
             let feedforward = plan.trim.command_slope(speed, index) * dspeed;

@@ -4,17 +4,17 @@ use crate::TrimTable;
 use crate::design::{OverSpeed, Port};
 use squid_signals::Level;
 
-/// The trim table.
+/// Trim table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trim {
     table: TrimTable,
-    /// The level of each signal, with its column if it has one.
+    /// Level of each signal, with its column if it has one.
     signals: Vec<(Level, Vec<f64>)>,
 }
 
-/// A position between two rows: `(1 - fraction) row[index] + fraction row[index + 1]`.
+/// Position between two rows: `(1 - fraction) row[index] + fraction row[index + 1]`.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct Position {
     index: usize,
     fraction: f64,
 }
@@ -22,8 +22,8 @@ struct Place {
 /// Limit of the extrapolation, in lengths of the first or last interval, so that no speed overflows.
 pub const FARTHEST: f64 = 1e100;
 
-impl Place {
-    /// This place, limited to [`FARTHEST`] beyond the table.
+impl Position {
+    /// Limits the position to [`FARTHEST`] beyond the table.
     fn limited(self) -> Self {
         Self { fraction: self.fraction.clamp(-FARTHEST, FARTHEST), ..self }
     }
@@ -36,56 +36,58 @@ impl Place {
 }
 
 impl Trim {
-    /// A checked table with at least two rows and increasing speeds.
+    /// Creates the trim from a checked table with at least two rows and increasing speeds.
     pub(crate) fn new(table: TrimTable, signals: &[Port]) -> Self {
         let column = |name: &str| table.signals.get(name).cloned().unwrap_or_default();
         let signals = signals.iter().map(|signal| (signal.level, column(&signal.name))).collect();
         Self { table, signals }
     }
 
-    /// Speed V in m/s along the path at forward speed u in m/s; extrapolated from the first and last interval.
+    /// Returns the speed V in m/s along the path at forward speed u in m/s; extrapolated from the first and last
+    /// interval.
     pub fn speed(&self, forward_speed: f64) -> f64 {
         let speeds = &self.table.speed;
         find(&self.table.forward_speed, forward_speed).limited().interpolate(|row| speeds[row])
     }
 
-    /// Forward speed u in m/s at speed V in m/s along the path; extrapolated from the first and last interval.
+    /// Returns the forward speed u in m/s at speed V in m/s along the path; extrapolated from the first and last
+    /// interval.
     pub fn forward_speed(&self, speed: f64) -> f64 {
         find(&self.table.speed, speed).limited().interpolate(|row| self.table.forward_speed[row])
     }
 
-    /// A signal in trim at forward speed u in m/s; `start` is the one whose level is [`Level::Start`]. The trim is
-    /// constant beyond the table.
+    /// Returns a signal in trim at forward speed u in m/s; `start` is its value if its level is [`Level::Start`]. The
+    /// trim is constant beyond the table.
     pub fn signal(&self, forward_speed: f64, signal: usize, start: f64) -> f64 {
         self.at(forward_speed).signal(signal, start)
     }
 
-    /// The number of signals of the design.
+    /// Returns the number of signals of the design.
     pub fn signals(&self) -> usize {
         self.signals.len()
     }
 
-    /// Command of one actuator at forward speed u in m/s; constant beyond the table.
+    /// Returns the command of an actuator at forward speed u in m/s; constant beyond the table.
     pub fn command(&self, forward_speed: f64, actuator: usize) -> f64 {
         self.at(forward_speed).command(actuator)
     }
 
-    /// The trim at forward speed u in m/s, looked up once; constant beyond the table.
+    /// Returns the trim at forward speed u in m/s, looked up once; constant beyond the table.
     pub(crate) fn at(&self, forward_speed: f64) -> AtSpeed<'_> {
-        let mut place = find(&self.table.forward_speed, forward_speed);
-        place.fraction = place.fraction.clamp(0.0, 1.0);
-        AtSpeed { trim: self, place, forward_speed }
+        let mut position = find(&self.table.forward_speed, forward_speed);
+        position.fraction = position.fraction.clamp(0.0, 1.0);
+        AtSpeed { trim: self, position, forward_speed }
     }
 
-    /// Slope of the speed along the path over forward speed u in m/s, right-hand at a corner.
+    /// Returns the slope of the speed along the path over forward speed u in m/s, right-hand at a breakpoint.
     #[inline]
     pub fn speed_slope(&self, forward_speed: f64) -> f64 {
         let speeds = &self.table.speed;
         self.slope(find(&self.table.forward_speed, forward_speed), |row| speeds[row])
     }
 
-    /// Slope of a signal in trim over forward speed u in m/s, right-hand at a corner; that of a column is zero beyond
-    /// the table.
+    /// Returns the slope of a signal in trim over forward speed u in m/s, right-hand at a breakpoint; zero beyond the
+    /// table for a column.
     #[inline]
     pub fn signal_slope(&self, forward_speed: f64, signal: usize) -> f64 {
         match &self.signals[signal] {
@@ -95,26 +97,26 @@ impl Trim {
         }
     }
 
-    /// Slope of the command of one actuator over forward speed u in m/s, zero beyond the table.
+    /// Returns the slope of the command of an actuator over forward speed u in m/s, zero beyond the table.
     #[inline]
     pub fn command_slope(&self, forward_speed: f64, actuator: usize) -> f64 {
         self.slope_within(forward_speed, |row| self.table.actuators[row][actuator])
     }
 
-    fn slope(&self, place: Place, column: impl Fn(usize) -> f64) -> f64 {
+    fn slope(&self, position: Position, column: impl Fn(usize) -> f64) -> f64 {
         let grid = &self.table.forward_speed;
-        let (low, high) = (place.index, place.index + 1);
+        let (low, high) = (position.index, position.index + 1);
         (column(high) - column(low)) / (grid[high] - grid[low])
     }
 
-    /// A number over speed at forward speed u in m/s; constant beyond the table.
+    /// Returns a tabulated value at forward speed u in m/s; constant beyond the table.
     pub fn over(&self, forward_speed: f64, number: &OverSpeed) -> f64 {
-        self.at(forward_speed).of(number)
+        self.at(forward_speed).value(number)
     }
 
-    /// Slope of a number over forward speed u in m/s, zero beyond the table.
+    /// Returns the slope of a tabulated value over forward speed u in m/s, zero beyond the table.
     #[inline]
-    pub(crate) fn slope_of(&self, forward_speed: f64, number: &OverSpeed) -> f64 {
+    pub(crate) fn slope_of_value(&self, forward_speed: f64, number: &OverSpeed) -> f64 {
         match number {
             OverSpeed::Constant(_) => 0.0,
             OverSpeed::Table(column) => self.slope_within(forward_speed, |row| column[row]),
@@ -122,49 +124,49 @@ impl Trim {
     }
 
     fn slope_within(&self, forward_speed: f64, column: impl Fn(usize) -> f64) -> f64 {
-        let place = find(&self.table.forward_speed, forward_speed);
-        let inside = (0.0..=1.0).contains(&place.fraction);
-        if inside { self.slope(place, column) } else { 0.0 }
+        let position = find(&self.table.forward_speed, forward_speed);
+        let inside = (0.0..=1.0).contains(&position.fraction);
+        if inside { self.slope(position, column) } else { 0.0 }
     }
 }
 
-/// The trim at one speed.
+/// Trim at one speed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AtSpeed<'a> {
     trim: &'a Trim,
-    place: Place,
+    position: Position,
     forward_speed: f64,
 }
 
 impl AtSpeed<'_> {
-    /// y0 of a signal; `start` is the one of a signal whose level is [`Level::Start`].
+    /// Returns y0 of a signal; `start` is its value if its level is [`Level::Start`].
     pub(crate) fn signal(&self, signal: usize, start: f64) -> f64 {
         match &self.trim.signals[signal] {
             (Level::Scheduled, _) => self.forward_speed,
-            (Level::Trim, column) => self.place.interpolate(|row| column[row]),
+            (Level::Trim, column) => self.position.interpolate(|row| column[row]),
             (Level::Start, _) => start,
             (Level::Zero, _) => 0.0,
         }
     }
 
-    /// A number over speed; exact where those of two rows are the same.
-    pub(crate) fn of(&self, number: &OverSpeed) -> f64 {
+    /// Returns a tabulated value; exact where both rows have the same value.
+    pub(crate) fn value(&self, number: &OverSpeed) -> f64 {
         match number {
             OverSpeed::Constant(value) => *value,
             OverSpeed::Table(column) => {
-                let (low, high) = (column[self.place.index], column[self.place.index + 1]);
-                low + self.place.fraction * (high - low)
+                let (low, high) = (column[self.position.index], column[self.position.index + 1]);
+                low + self.position.fraction * (high - low)
             }
         }
     }
 
-    /// Command of one actuator.
+    /// Returns the command of an actuator.
     pub(crate) fn command(&self, actuator: usize) -> f64 {
-        self.place.interpolate(|row| self.trim.table.actuators[row][actuator])
+        self.position.interpolate(|row| self.trim.table.actuators[row][actuator])
     }
 }
 
-fn find(grid: &[f64], value: f64) -> Place {
+fn find(grid: &[f64], value: f64) -> Position {
     let last = grid.len() - 2;
     // Trim tables are almost evenly spaced: a first guess saves most of the search.
     let fraction = (value - grid[0]) / (grid[last + 1] - grid[0]);
@@ -176,14 +178,14 @@ fn find(grid: &[f64], value: f64) -> Place {
         index -= 1;
     }
     let (low, high) = (grid[index], grid[index + 1]);
-    Place { index, fraction: (value - low) / (high - low) }
+    Position { index, fraction: (value - low) / (high - low) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The signals of the table.
+    /// Indices of the signals of the table.
     const ANGLE: usize = 0;
     const SPEED: usize = 1;
     const DEPTH: usize = 2;
@@ -227,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn any_value_is_found_in_any_grid() {
+    fn finds_any_value_in_any_grid() {
         let grid = [-1.0, -0.99, 0.0, 0.5, 7.0, 7.1];
         let known = grid.iter().flat_map(|at| [*at, at - 1e-9, at + 1e-9]);
         for value in known.chain([f64::NEG_INFINITY, -5.0, 3.0, 50.0, f64::INFINITY, f64::NAN]) {
@@ -247,9 +249,9 @@ mod tests {
         assert_eq!((trim().command_slope(9.0, 0), trim().signal_slope(0.1, ANGLE)), (0.0, 0.0));
     }
 
-    /// Each kind of level; the slopes agree with central differences.
+    /// Checks each kind of level, and the slopes against central differences.
     #[test]
-    fn trim_gives_every_signal() {
+    fn gives_every_level() {
         let at = |speed: f64| [ANGLE, SPEED, DEPTH, RATE].map(|signal| trim().signal(speed, signal, 7.0));
         assert_eq!(at(0.4), [-0.1, 0.4, 7.0, 0.0]);
         assert_eq!(at(9.0), [-0.01, 9.0, 7.0, 0.0]);

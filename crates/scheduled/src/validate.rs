@@ -9,7 +9,7 @@ use crate::lft::checked;
 use crate::lft::numbers::{finite, not_negative, positive, range};
 use crate::{ControllerDesign, DesignError, Lft, Matrix, OverSpeed, Sensor, Source};
 
-/// Shorter sample times \[s\] are taken for a mistake: a step would need too many ticks.
+/// Shortest accepted sample time \[s\]; with a shorter one a step would need too many ticks.
 const SHORTEST_SAMPLE_TIME: f64 = 1e-5;
 
 impl ControllerDesign {
@@ -50,7 +50,7 @@ impl ControllerDesign {
         not_negative(format_args!("gamma.back_off"), self.gamma.back_off)
     }
 
-    /// The matrix [`anti_windup`](Self::anti_windup), n x m.
+    /// Returns the matrix [`anti_windup`](Self::anti_windup), n x m.
     ///
     /// # Errors
     /// [`DesignError::WrongLength`], [`DesignError::BadNumber`].
@@ -61,7 +61,7 @@ impl ControllerDesign {
         gain.map(|rows| checked("anti_windup", rows, states, actuators)).transpose()
     }
 
-    /// The matrices of [`follow`](Self::follow), n x m.
+    /// Returns the matrices of [`follow`](Self::follow), n x m.
     ///
     /// # Errors
     /// [`DesignError::WrongLength`], [`DesignError::BadNumber`].
@@ -71,7 +71,7 @@ impl ControllerDesign {
         self.follow.iter().map(|rows| checked("follow", rows, states, actuators)).collect()
     }
 
-    /// The signals: names that can be those of variables, first those with a reference, one that is scheduled on.
+    /// Checks the signals: names valid for variables, those with a reference first, exactly one scheduling signal.
     #[inline]
     fn validate_signals(&self) -> Result<(), DesignError> {
         if self.signals.is_empty() {
@@ -167,8 +167,9 @@ impl ControllerDesign {
         self.reference_filter.map_or(Ok(()), |w| positive(format_args!("reference_filter"), w))
     }
 
+    /// Checks that a circular angle is both tracked and measured, or neither: its measured value is unwrapped to be the
+    /// one nearest to its reference.
     #[inline]
-    /// The turns of an angle that comes back to itself are those of its measured value nearest to its reference.
     fn validate_circular(&self) -> Result<(), DesignError> {
         let blind =
             |index: &usize| self.signals[*index].circular && self.follows(*index) != self.measures(*index);
@@ -370,7 +371,7 @@ impl ControllerDesign {
     }
 }
 
-/// Checks that a name can be that of a variable.
+/// Checks that a name is valid for a variable.
 #[inline]
 fn name(key: String, name: &str) -> Result<(), DesignError> {
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -381,7 +382,7 @@ fn name(key: String, name: &str) -> Result<(), DesignError> {
     Err(DesignError::BadText { key, found: name.to_owned(), allowed })
 }
 
-/// Names in words: 'a', 'b' or 'c'.
+/// Joins names for a message: 'a', 'b' or 'c'.
 fn one_of<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let names: Vec<String> = names.map(|name| format!("'{name}'")).collect();
     match names.split_last() {

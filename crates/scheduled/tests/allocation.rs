@@ -7,7 +7,7 @@ use allocation_counter::measure;
 use squid_scheduled::{Autopilot, ControllerDesign, Inputs};
 
 #[test]
-fn a_tick_allocates_nothing() {
+fn tick_allocates_nothing() {
     allocates_nothing(&example::design());
     let mut filtered = example::two_degrees();
     filtered.reference_filter = Some(0.5);
@@ -15,10 +15,10 @@ fn a_tick_allocates_nothing() {
 }
 
 fn allocates_nothing(design: &ControllerDesign) {
-    let mut made = None;
-    let making = measure(|| made = Autopilot::new(design).ok());
-    assert!(making.count_total > 0, "the allocator counts");
-    let mut autopilot = made.unwrap();
+    let mut autopilot = None;
+    let construction = measure(|| autopilot = Autopilot::new(design).ok());
+    assert!(construction.count_total > 0, "the allocator counts");
+    let mut autopilot = autopilot.unwrap();
     let inputs = Inputs { measured: vec![0.1, 2.2, 0.0, 0.0, 0.0], references: vec![0.2, 2.0, 0.0] };
     autopilot.initialise(0.0, &inputs).unwrap();
     let flight = measure(|| {

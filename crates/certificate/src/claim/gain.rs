@@ -1,6 +1,6 @@
-//! The gain for parameters that vary arbitrarily fast, with or without the model error.
+//! Gain for parameters that vary arbitrarily fast, with or without the model error.
 
-use super::proved::Proved;
+use super::proved::Provable;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
@@ -9,43 +9,43 @@ use crate::inequality::{Scalings, inequality};
 use crate::plant::Rows;
 use crate::shape::{Size, Sizes, check_matrix, check_number};
 use crate::strict::given;
-use crate::structure::{Sign, commuting, definite, positive, skew, symmetric, whole};
+use crate::structure::{Sign, commuting, definite, positive, single_block, skew, symmetric};
 use crate::system::Loop;
 use serde::{Deserialize, Serialize};
 
-/// The claim `gain from w to z < gamma` for parameters that vary arbitrarily fast, with the matrices that prove it;
-/// with `lambda`, for the plant with the model error of the certificate.
+/// Claim `gain from w to z < gamma` for parameters that vary arbitrarily fast, with the matrices that prove it; with
+/// `lambda`, for the plant with the model error of the certificate.
 ///
 /// With n states, r parameter channels, signals w, z, y, u of the plant, and nk states and rk channels of the
 /// controller, X is (n + nk) x (n + nk), S and T are (r + rk) x (r + rk); the plant's part is first.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gain {
-    /// The bound.
+    /// Bound on the gain.
     pub gamma: f64,
-    /// The multiplier of Delta.
+    /// Multiplier of Delta.
     #[serde(default, deserialize_with = "given", skip_serializing_if = "Option::is_none")]
     pub lambda: Option<f64>,
-    /// The Lyapunov matrix, where V is not given.
+    /// Lyapunov matrix, if V is not given.
     #[serde(rename = "X", default, deserialize_with = "given", skip_serializing_if = "Option::is_none")]
     pub x: Option<Rows>,
-    /// V with `X = V'V`, formed without rounding: V shows with 16 digits what X rounded to them may not.
+    /// Factor V with `X = V'V`, formed without rounding: 16 digits of V may suffice where those of X do not.
     #[serde(rename = "V", default, deserialize_with = "given", skip_serializing_if = "Option::is_none")]
     pub v: Option<Rows>,
-    /// The symmetric scaling.
+    /// Symmetric scaling.
     #[serde(rename = "S")]
     pub s: Rows,
-    /// The skew scaling.
+    /// Skew scaling.
     #[serde(rename = "T")]
     pub t: Rows,
 }
 
-impl Proved for Gain {
+impl Provable for Gain {
     fn name(&self) -> &'static str {
         if self.lambda.is_some() { "the claim with model error" } else { "the claim" }
     }
 
-    fn check(&self, path: &str, of: Loop<'_>) -> Result<(), Failure> {
+    fn check(&self, path: &str, system: Loop<'_>) -> Result<(), Failure> {
         if let Some(lambda) = self.lambda {
             check_number(&format!("{path}.lambda"), lambda)?;
         }
@@ -56,10 +56,10 @@ impl Proved for Gain {
             (Some(_), Some(_)) => return Err(Failure::found(path, "X beside V", "one of them")),
             (None, None) => return Err(Failure::malformed(path, "missing field `X`, or `V`")),
         };
-        check_scalings(path, of.sizes().states(), of.sizes(), lyapunov, [&self.s, &self.t])
+        check_scalings(path, system.sizes().states(), system.sizes(), lyapunov, [&self.s, &self.t])
     }
 
-    fn prove(&self, of: Loop<'_>) -> Result<(), Failure> {
+    fn prove(&self, system: Loop<'_>) -> Result<(), Failure> {
         let x = match (&self.x, &self.v) {
             (Some(x), _) => symmetric(self.name(), "X", x).map(|()| Matrix::square(x))?,
             (None, v) => {
@@ -67,9 +67,9 @@ impl Proved for Gain {
                 v.transpose().times(&v)
             }
         };
-        let errors = if self.lambda.is_some() { of.errors } else { &[] };
+        let errors = if self.lambda.is_some() { system.errors } else { &[] };
         let gamma = Dyadic::from_f64(self.gamma);
-        prove_gain(self.name(), &ClosedLoop::new(of, errors)?, gamma, self.lambda, x, (&self.s, &self.t))
+        prove_gain(self.name(), &ClosedLoop::new(system, errors)?, gamma, self.lambda, x, (&self.s, &self.t))
     }
 }
 
@@ -104,7 +104,7 @@ pub(super) fn prove_gain(
     commuting(claim, "T", t, &closed.parameters)?;
     let lambda = Dyadic::from_f64(lambda.unwrap_or(0.0));
     let proof = Scalings { gamma, lambda, x, s: Matrix::square(s), t: Matrix::square(t) };
-    definite(claim, "X", Sign::Positive, &whole("x", &proof.x))?;
-    definite(claim, "S", Sign::Positive, &whole("zt", &proof.s))?;
+    definite(claim, "X", Sign::Positive, &single_block("x", &proof.x))?;
+    definite(claim, "S", Sign::Positive, &single_block("zt", &proof.s))?;
     definite(claim, "the matrix of the inequality", Sign::Negative, &inequality(closed, &proof))
 }

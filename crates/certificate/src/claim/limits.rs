@@ -1,7 +1,7 @@
-//! A step from which the loop with saturated commands returns to rest, with the model error.
+//! Return to rest from a step with saturated commands, with the model error.
 
 use super::gain::{check_scalings, prove_gain};
-use super::proved::Proved;
+use super::proved::Provable;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
@@ -15,71 +15,71 @@ use crate::system::Loop;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// The claim with saturated commands, with the plant and its model error.
+/// Claim about a step with saturated commands, for the plant with its model error.
 ///
 /// The plant gets `u - phi`, and `E phi` is added to the derivative of the controller's state, with `phi = u - sat(u)`.
-/// Likewise the rates of some of the plant's states are saturated. n counts the states of that loop, those of the plant
-/// that the loop consists of and then the controller's: see the crate's documentation.
+/// Likewise the rates of some of the plant's states are saturated. n is the number of states of that loop: those of the
+/// plant that belong to it, then the controller's; see the crate's documentation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
-    /// The input of the steps: a component of w, from 0.
+    /// Component of w that steps, from 0.
     pub input: usize,
-    /// The largest step.
+    /// Largest step.
     pub size: f64,
-    /// The least limit of each command, in both directions; then that of the rate of each state of `rates`.
+    /// Smallest limit of each command, in both directions; then that of the rate of each state of `rates`.
     pub limits: Vec<f64>,
-    /// The states of the plant with saturated rates; none if the file says nothing. Each has an entry of `limits`,
-    /// `u_held`, `U` and `H`, after those of the commands.
+    /// States of the plant with saturated rates; empty without this key. Each has an entry of `limits`, `u_held`, `U`
+    /// and `H`, after those of the commands.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rates: Vec<usize>,
-    /// nk x u.
+    /// Anti-windup gain, nk x u.
     #[serde(rename = "E")]
     pub e: Rows,
-    /// The rate at which x'Xx decreases once the step is taken back.
+    /// Decay rate of x'Xx after the step is removed.
     pub decay: f64,
-    /// x'Xx stays below beta while the step is held, x taken from `x_held` times the step.
+    /// Bound of x'Xx while the step is held, for the deviation x from `x_held` times the step.
     pub beta: f64,
-    /// The state from which x is taken while a step of 1 is held, n numbers.
+    /// State from which x is measured while a step of 1 is held, n numbers.
     pub x_held: Vec<f64>,
-    /// The commands from which H x is taken while a step of 1 is held.
+    /// Commands from which H x is measured while a step of 1 is held.
     pub u_held: Vec<f64>,
-    /// How many rows of Delta, the first ones, may differ from 0 in this claim; all if the file says nothing.
+    /// Number of first rows of Delta that may differ from 0 in this claim; all without this key.
     #[serde(default, deserialize_with = "given", skip_serializing_if = "Option::is_none")]
     pub delta_rows: Option<usize>,
-    /// The multiplier of Delta.
+    /// Multiplier of Delta.
     pub lambda: f64,
-    /// The Lyapunov matrix, n x n.
+    /// Lyapunov matrix, n x n.
     #[serde(rename = "X")]
     pub x: Rows,
-    /// The symmetric scaling.
+    /// Symmetric scaling.
     #[serde(rename = "S")]
     pub s: Rows,
-    /// The skew scaling.
+    /// Skew scaling.
     #[serde(rename = "T")]
     pub t: Rows,
-    /// The multiplier of each limit.
+    /// Multiplier of each limit.
     #[serde(rename = "U")]
     pub u: Vec<f64>,
-    /// Below which part of u a limit is out of reach, u x n.
+    /// Rows h of the bounds `|h x + step u_held| < limit` that hold in the region, u x n.
     #[serde(rename = "H")]
     pub h: Rows,
 }
 
-/// A proved claim about a step with saturated commands.
+/// Proved claim about a step with saturated commands.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitTheorem {
-    /// The component of w that steps, from 0.
+    /// Component of w that steps, from 0.
     pub input: usize,
-    /// The largest step, counted where it arrives: the jump of one y.
+    /// Largest step, measured as the jump of one y.
     pub size: f64,
-    /// The rate of decay once the step is taken back.
+    /// Decay rate after the step is removed.
     pub decay: f64,
-    /// How many rows of Delta may differ from 0, if not all.
+    /// Number of rows of Delta that may differ from 0, if not all.
     pub delta_rows: Option<usize>,
-    /// The number of states of the plant whose rates are saturated, too.
+    /// Number of states of the plant with saturated rates.
     pub rates: usize,
-    /// Whether H is 0: a claim about every state.
+    /// `true` if H is 0: the claim holds from every state.
     pub everywhere: bool,
 }
 
@@ -93,7 +93,7 @@ impl LimitTheorem {
 impl fmt::Display for LimitTheorem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { input, size, decay, delta_rows, rates, everywhere } = self;
-        let moved = match rates {
+        let rate_limits = match rates {
             0 => String::new(),
             1 => " and the rate of 1 state of the plant limited".to_owned(),
             n => format!(" and the rates of {n} states of the plant limited"),
@@ -103,7 +103,7 @@ impl fmt::Display for LimitTheorem {
         let where_ = if *everywhere { "from every state" } else { "within its region" };
         write!(
             f,
-            "With commands saturated at the limits in the file{moved}, anti-windup by the gain E, and \
+            "With commands saturated at the limits in the file{rate_limits}, anti-windup by the gain E, and \
              that Delta{rows}: a step of at most {size} from rest at input {input}, behind the filters of the plant \
              that the loop does not drive, a jump by as much of one measurement, held for any time and removed, leaves \
              the state in the region in the file. The loop then returns to rest exponentially, \
@@ -113,10 +113,10 @@ impl fmt::Display for LimitTheorem {
 }
 
 impl Limits {
-    /// The number of states with saturated rates: different ones that the loop consists of, and that Delta does not
-    /// move.
-    fn check_rates(&self, path: &str, of: Loop<'_>, error: &ModelError) -> Result<usize, Failure> {
-        let moving = of.moving_states();
+    /// Returns the number of states with saturated rates, after a check that they differ, belong to the loop, and are
+    /// not driven by Delta.
+    fn check_rates(&self, path: &str, system: Loop<'_>, error: &ModelError) -> Result<usize, Failure> {
+        let moving = system.moving_states();
         let rows = self.delta_rows.unwrap_or(usize::MAX);
         let by_delta = |row: &Vec<f64>| row.iter().take(rows).any(|entry| *entry != 0.0);
         for (i, state) in self.rates.iter().enumerate() {
@@ -132,30 +132,30 @@ impl Limits {
     }
 }
 
-impl Proved for Limits {
+impl Provable for Limits {
     fn name(&self) -> &'static str {
         "the claim with limits"
     }
 
-    fn check(&self, path: &str, of: Loop<'_>) -> Result<(), Failure> {
-        let error = &of.errors[0];
-        let (s, at) = (of.sizes(), |name: &str| format!("{path}.{name}"));
+    fn check(&self, path: &str, system: Loop<'_>) -> Result<(), Failure> {
+        let error = &system.errors[0];
+        let (s, at) = (system.sizes(), |name: &str| format!("{path}.{name}"));
         if let Some(rows) = self.delta_rows.filter(|rows| !(1..=columns(&error.e)).contains(rows)) {
             let allowed = "from 1 to the number of columns of errors[0].E";
             return Err(Failure::found(at("delta_rows"), rows, allowed));
         }
-        of.check_no_direct_path(path)?;
+        system.check_no_direct_path(path)?;
         if self.input >= s.w {
             let reason = format!("found {}, must be below {}, the number of inputs w", self.input, s.w);
             return Err(Failure::malformed(at("input"), reason));
         }
-        if of.jumping_measurement(self.input).is_none() {
+        if system.jumping_measurement(self.input).is_none() {
             let allowed = "an input w whose step is a jump by as much of one measurement y, and reaches the loop \
                            nowhere else, also not through filters (size would not count all that arrives)";
             return Err(Failure::found(at("input"), self.input, allowed));
         }
-        let states = (of.moving_states().len() + s.xk, "states of the loop with limits");
-        let limited = (s.u + self.check_rates(path, of, error)?, "controls u and rates");
+        let states = (system.moving_states().len() + s.xk, "states of the loop with limits");
+        let limited = (s.u + self.check_rates(path, system, error)?, "controls u and rates");
         check_matrix(&at("E"), &self.e, (s.xk, "controller's states"), s.controls())?;
         check_scalings(path, states, s, ("X", &self.x), [&self.s, &self.t])?;
         check_matrix(&at("H"), &self.h, limited, states)?;
@@ -168,19 +168,19 @@ impl Proved for Limits {
         check_list(&at("U"), &self.u, limited)
     }
 
-    /// A step leaves x within `x'Xx < beta`, taken back within `4 beta`; there H x leaves half of each limit, or all of
-    /// it; and x'Xx decreases.
-    fn prove(&self, of: Loop<'_>) -> Result<(), Failure> {
+    /// Proves that a held step leaves x within `x'Xx < beta`, a removed one within `4 beta`, that `|H x|` is below half
+    /// of each limit in the first region and below the limit in the second, and that x'Xx decreases.
+    fn prove(&self, system: Loop<'_>) -> Result<(), Failure> {
         let claim = self.name();
         for (name, found) in [("size", self.size), ("decay", self.decay), ("beta", self.beta)] {
             positive(claim, name, found)?;
         }
         self.limits.iter().try_for_each(|limit| positive(claim, "a limit", *limit))?;
         let [size, decay, beta] = [self.size, self.decay, self.beta].map(Dyadic::from_f64);
-        let closed = ClosedLoop::limited(of, self, &of.errors[0])?;
+        let closed = ClosedLoop::limited(system, self, &system.errors[0])?;
         symmetric(claim, "X", &self.x)?;
         let x = Matrix::from_rows(&self.x, closed.states);
-        let (s, t) = (beside(&self.s, &self.u), beside(&self.t, &vec![0.0; self.u.len()]));
+        let (s, t) = (block_diagonal(&self.s, &self.u), block_diagonal(&self.t, &vec![0.0; self.u.len()]));
         prove_gain(claim, &closed, &decay * &beta, Some(self.lambda), x.clone(), (&s, &t))?;
         let too_large =
             |beyond: String| Failure::condition(claim, format_args!("a step of {:e} {beyond}", self.size));
@@ -208,8 +208,8 @@ pub(super) fn out_of_reach(
     name: &str,
 ) -> Result<(), Failure> {
     let n = x.rows;
-    for (place, (limit, h)) in limits.iter().zip(h).enumerate() {
-        // The last row and column times the level.
+    for (index, (limit, h)) in limits.iter().zip(h).enumerate() {
+        // The last row and column are multiplied by the level.
         let limit = Dyadic::from_f64(*limit);
         let row = Matrix::from_rows(&vec![h.clone()], n).scaled(level);
         let mut whole = Matrix::scalar(n + 1, &(level * &(&limit * &limit)));
@@ -218,13 +218,13 @@ pub(super) fn out_of_reach(
         whole.place(0, n, &row.transpose());
         let blocks = vec![("x", n), ("limit", 1)];
         let whole = Blocked { matrix: whole, blocks, scale: Dyadic::from_f64(1.0) };
-        definite(claim, &format!("[X h'; h limit^2/({name})] of limit {place}"), Sign::Positive, &whole)?;
+        definite(claim, &format!("[X h'; h limit^2/({name})] of limit {index}"), Sign::Positive, &whole)?;
     }
     Ok(())
 }
 
-/// `blkdiag(m, diag(more))`.
-pub(super) fn beside(m: &Rows, more: &[f64]) -> Rows {
+/// Returns `blkdiag(m, diag(more))`.
+pub(super) fn block_diagonal(m: &Rows, more: &[f64]) -> Rows {
     let (n, all) = (m.len(), m.len() + more.len());
     let entry = |i: usize, j: usize| match (i < n, j < n) {
         (true, true) => m[i][j],

@@ -1,22 +1,22 @@
-//! What the prover asks of a claim.
+//! Interface of a claim to the prover.
 
 use crate::error::Failure;
 use crate::system::Loop;
 
-/// What the prover asks of a claim.
-pub(crate) trait Proved {
-    /// The name in messages.
+/// Interface of a claim to the prover.
+pub(crate) trait Provable {
+    /// Returns the name in messages.
     fn name(&self) -> &'static str;
 
-    /// Checks the sizes of its matrices; `path` is its own.
+    /// Checks the sizes of its matrices; `path` is that of the claim.
     ///
     /// # Errors
     /// [`Failure::Malformed`].
-    fn check(&self, path: &str, of: Loop<'_>) -> Result<(), Failure>;
+    fn check(&self, path: &str, system: Loop<'_>) -> Result<(), Failure>;
 
-    /// Proves it for the loop of a checked certificate.
+    /// Proves the claim for the loop of a checked certificate.
     ///
     /// # Errors
-    /// [`Failure`], the first condition that is violated.
-    fn prove(&self, of: Loop<'_>) -> Result<(), Failure>;
+    /// [`Failure`], the first violated condition.
+    fn prove(&self, system: Loop<'_>) -> Result<(), Failure>;
 }

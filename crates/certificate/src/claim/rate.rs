@@ -1,5 +1,5 @@
-//! The gain for a parameter with a bounded rate, with or without the model error: its inequality on each interval of
-//! the parameter, formed exactly.
+//! Gain for a parameter with a bounded rate, with or without the model error: exact inequality on each interval of the
+//! parameter.
 //!
 //! With `xi = (x, wt, w_D, w)` and the multiplier N of the interval, the form
 //!
@@ -9,14 +9,14 @@
 //! ```
 //!
 //! (in the first term, x' is the closed loop's row of x', in terms of xi) is a polynomial in theta. It is that of the
-//! loop, or, where the Lyapunov matrix is the inverse of `X(theta)`, of the transposed loop, in which w and z, and w_D
-//! and z_D, change places. On `[a, b]` a
-//! polynomial is a mean, with weights above 0, of its Bernstein coefficients there: if each is negative definite, so
-//! is the form at each theta of the interval. Coefficient i of a polynomial of degree D is its polar form at `a, D - i
-//! times, and b, i times`, that of `theta^k` the k-th elementary symmetric function of these arguments by the
-//! binomial coefficient: G. Farin, "Curves and Surfaces for CAGD", 5th ed. 2002, chapters 4 and 6.
+//! loop, or, if the Lyapunov matrix is the inverse of `X(theta)`, that of the transposed loop, in which w and z, and
+//! w_D and z_D, are exchanged. On `[a, b]` a polynomial is an average, with non-negative weights, of its Bernstein
+//! coefficients: if each is negative definite, so is the form at each theta of the interval. Coefficient i of a
+//! polynomial of degree D is its polar form at `a, D - i times, and b, i times`, that of `theta^k` the k-th elementary
+//! symmetric function of these arguments by the binomial coefficient: G. Farin, "Curves and Surfaces for CAGD", 5th ed.
+//! 2002, chapters 4 and 6.
 
-use super::proved::Proved;
+use super::proved::Provable;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
@@ -25,49 +25,49 @@ use crate::inequality::{Blocked, starts};
 use crate::plant::Rows;
 use crate::shape::{check_length, check_matrix, check_number, columns};
 use crate::strict::given;
-use crate::structure::{Sign, definite, positive, symmetric, whole};
+use crate::structure::{Sign, definite, positive, single_block, symmetric};
 use crate::system::Loop;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// The claim for the only parameter theta, Lipschitz continuous with `|theta'(t)| <= rate` almost everywhere, with the
+/// Claim for the only parameter theta, Lipschitz continuous with `|theta'(t)| <= rate` almost everywhere, with the
 /// matrices that prove it; with `lambda`, for the plant with the model error of the certificate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rate {
-    /// In units of theta per unit of time, at least 0.
+    /// Rate bound in units of theta per unit of time, at least 0.
     pub rate: f64,
-    /// The bound.
+    /// Bound on the gain.
     pub gamma: f64,
-    /// The multiplier of Delta.
+    /// Multiplier of Delta.
     #[serde(default, deserialize_with = "given", skip_serializing_if = "Option::is_none")]
     pub lambda: Option<f64>,
-    /// Whether the Lyapunov matrix is the inverse of X(theta); the inequality is then that of the transposed loop.
+    /// `true` if the Lyapunov matrix is the inverse of X(theta); the inequality is then that of the transposed loop.
     pub inverse: bool,
-    /// The Lyapunov matrix, or its inverse, `X(theta) = X[0] + theta X[1] + ...`.
+    /// Lyapunov matrix, or its inverse, `X(theta) = X[0] + theta X[1] + ...`.
     #[serde(rename = "X")]
     pub x: Vec<Rows>,
-    /// Ascending from -1 to 1.
+    /// Breakpoints of theta, ascending from -1 to 1.
     pub breakpoints: Vec<f64>,
-    /// For each interval between two breakpoints the multiplier of `wt - theta zt`, (r + rk) x (states, channels,
-    /// rows of Delta, inputs), of the transposed loop (states, channels, columns of Delta, outputs).
+    /// Multiplier of `wt - theta zt` for each interval between two breakpoints, (r + rk) x (states, channels, rows of
+    /// Delta, inputs); for the transposed loop (r + rk) x (states, channels, columns of Delta, outputs).
     #[serde(rename = "N")]
     pub n: Vec<Rows>,
 }
 
-/// A proved claim about a parameter with a bounded rate.
+/// Proved claim about a parameter with a bounded rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RateTheorem {
-    /// `|theta'|` is at most this almost everywhere.
+    /// Bound on `|theta'|` almost everywhere.
     pub rate: f64,
-    /// The L2 gain from w to z is below this.
+    /// Upper bound on the L2 gain from w to z.
     pub gamma: f64,
-    /// The same with the model error, if the file claims it.
+    /// Upper bound on this gain with the model error, if the file claims it.
     pub gamma_with_model_error: Option<f64>,
 }
 
 impl RateTheorem {
-    /// Of the proved claims without and with the model error.
+    /// Creates the theorem of the proved claims without and with the model error.
     pub(crate) fn of(claim: &Rate, robust: Option<&Rate>) -> Self {
         Self { rate: claim.rate, gamma: claim.gamma, gamma_with_model_error: robust.map(|claim| claim.gamma) }
     }
@@ -87,10 +87,10 @@ impl fmt::Display for RateTheorem {
     }
 }
 
-/// The order of X(theta), at most: higher ones are of no use, and their binomial coefficients would not be exact.
+/// Largest order of X(theta): higher orders bring no benefit, and their binomial coefficients would not be exact.
 const MOST_ORDER: usize = 8;
 
-impl Proved for Rate {
+impl Provable for Rate {
     fn name(&self) -> &'static str {
         match self.lambda {
             None => "the claim of a bounded rate",
@@ -98,9 +98,9 @@ impl Proved for Rate {
         }
     }
 
-    fn check(&self, path: &str, of: Loop<'_>) -> Result<(), Failure> {
+    fn check(&self, path: &str, system: Loop<'_>) -> Result<(), Failure> {
         let at = |name: &str| format!("{path}.{name}");
-        let (s, parameters) = (of.sizes(), of.parameters());
+        let (s, parameters) = (system.sizes(), system.parameters());
         if parameters != 1 {
             let reason = format!("is of 1 parameter, but blocks and controller_blocks have {parameters}");
             return Err(Failure::malformed(path, reason));
@@ -124,7 +124,7 @@ impl Proved for Rate {
         let intervals = points.len() - 1;
         let each = format!("{intervals}, one for each interval");
         check_length(&at("N"), self.n.len(), self.n.len() == intervals, &each)?;
-        let error = self.lambda.and(of.errors.first());
+        let error = self.lambda.and(system.errors.first());
         let inner = s.states().0 + s.channels().0;
         let all = if self.inverse {
             let size = inner + error.map_or(0, |error| error.f.len()) + s.z;
@@ -137,7 +137,7 @@ impl Proved for Rate {
         multipliers.try_for_each(|(i, n)| check_matrix(&at(&format!("N[{i}]")), n, s.channels(), all))
     }
 
-    fn prove(&self, of: Loop<'_>) -> Result<(), Failure> {
+    fn prove(&self, system: Loop<'_>) -> Result<(), Failure> {
         let claim = self.name();
         if self.rate < 0.0 {
             let reason = format!("the rate is {:e}, must be at least 0", self.rate);
@@ -148,8 +148,8 @@ impl Proved for Rate {
         for (k, x) in self.x.iter().enumerate() {
             symmetric(claim, &format!("X[{k}]"), x)?;
         }
-        let closed = ClosedLoop::new(of, if self.lambda.is_some() { of.errors } else { &[] })?;
-        definite(claim, "X[0]", Sign::Positive, &whole("x", &Matrix::square(&self.x[0])))?;
+        let closed = ClosedLoop::new(system, if self.lambda.is_some() { system.errors } else { &[] })?;
+        definite(claim, "X[0]", Sign::Positive, &single_block("x", &Matrix::square(&self.x[0])))?;
         let inequality = RateInequality::new(&closed, self);
         for (i, (ends, n)) in self.breakpoints.windows(2).zip(&self.n).enumerate() {
             let matrix =
@@ -162,9 +162,9 @@ impl Proved for Rate {
     }
 }
 
-/// The inequality of a claim, before theta and N are put in.
+/// Inequality of a claim, before theta and N are inserted.
 struct RateInequality {
-    /// Rows x', zt, z_D, z of the loop and columns x, wt, w_D, w, times `scale`.
+    /// Rows x', zt, z_D, z of the loop with the columns x, wt, w_D, w, times `scale`.
     rows: [Matrix; 4],
     /// Sizes of x, wt, w_D, w, z_D, z.
     sizes: [usize; 6],
@@ -182,19 +182,19 @@ impl RateInequality {
     fn new(closed: &ClosedLoop, claim: &Rate) -> Self {
         let (n, r, w, z) = (closed.states, closed.channels, closed.inputs, closed.output.rows);
         let (d, f) = closed.delta.as_ref().map_or((0, 0), |(error, e)| (e.cols, error.rows));
-        let mut whole = Matrix::zeros(n + r + f + z, n + r + d + w);
-        whole.place(0, 0, &spread(&closed.state, n + r, d));
-        whole.place(n, 0, &spread(&closed.channel, n + r, d));
+        let mut matrix = Matrix::zeros(n + r + f + z, n + r + d + w);
+        matrix.place(0, 0, &insert_columns(&closed.state, n + r, d));
+        matrix.place(n, 0, &insert_columns(&closed.channel, n + r, d));
         if let Some((error, e)) = &closed.delta {
-            whole.place(0, n + r, e);
-            whole.place(n + r, 0, &spread(error, n + r, d));
+            matrix.place(0, n + r, e);
+            matrix.place(n + r, 0, &insert_columns(error, n + r, d));
         }
-        whole.place(n + r + f, 0, &spread(&closed.output, n + r, d));
+        matrix.place(n + r + f, 0, &insert_columns(&closed.output, n + r, d));
         let sizes = if claim.inverse { [n, r, f, z, d, w] } else { [n, r, d, w, f, z] };
-        let whole = if claim.inverse { whole.transpose() } else { whole };
+        let matrix = if claim.inverse { matrix.transpose() } else { matrix };
         let [_, _, _, _, f, z] = sizes;
         let rows =
-            [(0, n), (n, r), (n + r, f), (n + r + f, z)].map(|(at, size)| whole.row_range(at, at + size));
+            [(0, n), (n, r), (n + r, f), (n + r + f, z)].map(|(at, size)| matrix.row_range(at, at + size));
         let lyapunov: Vec<Matrix> = claim.x.iter().map(|m| Matrix::from_rows(m, n)).collect();
         Self {
             driven: lyapunov.iter().map(|x| x.times(&rows[0])).collect(),
@@ -208,8 +208,8 @@ impl RateInequality {
         }
     }
 
-    /// The Bernstein coefficients on `[a, b]`, for both signs of the rate, each times a positive number; z and z_D
-    /// have rows of their own (Schur complements). All must be negative definite.
+    /// Returns the Bernstein coefficients on `[a, b]`, for both signs of the rate, each times a positive number; z and
+    /// z_D have rows of their own (Schur complements). All must be negative definite.
     ///
     /// ```text
     ///            x            wt       w_D        w
@@ -224,9 +224,9 @@ impl RateInequality {
         let (from, to) = (Dyadic::from_f64(a), Dyadic::from_f64(b));
         let multiplier = Matrix::from_rows(n, self.rows[0].cols).transpose();
         let through = multiplier.times(&self.rows[1]);
-        // At a rate of 0, or for a constant X, the two signs are one.
-        let still = self.rate.is_zero() || self.lyapunov.len() == 1;
-        let rates = if still { vec![self.rate.clone()] } else { vec![self.rate.clone(), -&self.rate] };
+        // Both signs give the same matrix for a rate of 0 or a constant X.
+        let one_sign = self.rate.is_zero() || self.lyapunov.len() == 1;
+        let rates = if one_sign { vec![self.rate.clone()] } else { vec![self.rate.clone(), -&self.rate] };
         let mut found = Vec::new();
         for i in 0..=degree {
             let arguments: Vec<Dyadic> =
@@ -237,7 +237,7 @@ impl RateInequality {
         found
     }
 
-    /// The matrix with `powers[k]` in place of `theta^k`, N' and N' times the row of zt given.
+    /// Returns the matrix with `powers[k]` in place of `theta^k`; `n` is N', `through` is N' times the row of zt.
     fn coefficient(&self, powers: &[Dyadic], rate: &Dyadic, (n, through): (&Matrix, &Matrix)) -> Blocked {
         let names = ["x", "wt", "w_Delta", "w", "z_Delta", "z"];
         let blocks: Vec<(&'static str, usize)> = names.into_iter().zip(self.sizes).collect();
@@ -268,21 +268,22 @@ impl RateInequality {
     }
 }
 
-/// `sum_k weights[k] m_k`.
+/// Returns `sum_k weights[k] m_k`.
 fn weighted(matrices: &[Matrix], weights: &[Dyadic]) -> Matrix {
     let zero = Matrix::zeros(matrices[0].rows, matrices[0].cols);
     matrices.iter().zip(weights).fold(zero, |sum, (m, weight)| sum.plus(&m.scaled(weight)))
 }
 
-/// The matrix with `gap` columns of zeros before column `at`.
-fn spread(m: &Matrix, at: usize, gap: usize) -> Matrix {
+/// Returns the matrix with `gap` columns of zeros inserted before column `at`.
+fn insert_columns(m: &Matrix, at: usize, gap: usize) -> Matrix {
     let mut out = Matrix::zeros(m.rows, m.cols + gap);
     out.place(0, 0, &m.column_range(0, at));
     out.place(0, at + gap, &m.column_range(at, m.cols));
     out
 }
 
-/// The polar forms of `theta^k` at D arguments, k = 0 .. D, each times D!: a whole number times a symmetric function.
+/// Returns the polar forms of `theta^k` at D arguments, k = 0 .. D, each times D!: an integer times a symmetric
+/// function.
 fn polar_powers(arguments: &[Dyadic]) -> Vec<Dyadic> {
     let degree = arguments.len();
     let mut symmetric = vec![Dyadic::default(); degree + 1];
@@ -293,7 +294,7 @@ fn polar_powers(arguments: &[Dyadic]) -> Vec<Dyadic> {
         }
     }
     let factorial = |n: usize| (1..=n).product::<usize>();
-    // D!/binomial(D, k).
+    // This is D!/binomial(D, k).
     let weight = |k: usize| Dyadic::from_f64((factorial(k) * factorial(degree - k)) as f64);
     symmetric.iter().enumerate().map(|(k, e)| e * &weight(k)).collect()
 }
@@ -302,9 +303,9 @@ fn polar_powers(arguments: &[Dyadic]) -> Vec<Dyadic> {
 mod tests {
     use super::*;
 
-    /// `theta^2` on [1, 3] has the Bernstein coefficients 1, 3, 9: t^2 of 1 + 2 t + ...
+    /// Checks that `theta^2` on [1, 3] has the Bernstein coefficients 1, 3, 9.
     #[test]
-    fn the_coefficients_of_a_square() {
+    fn gives_bernstein_coefficients_of_square() {
         let at = |arguments: [f64; 2]| {
             let powers = polar_powers(&arguments.map(Dyadic::from_f64));
             [0, 1, 2].map(|k| powers[k].to_f64() / 2.0)

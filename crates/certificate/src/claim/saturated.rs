@@ -1,11 +1,11 @@
-//! The closed loop with saturated commands, formed exactly.
+//! Exact closed loop with saturated commands.
 //!
-//! The plant gets `u - phi`, and xk' gets `E phi`. What saturation removes is a share of `e = u - H x - step u_held`:
+//! The plant gets `u - phi`, and `E phi` is added to xk'. The excess phi is a share of `e = u - H x - step u_held`:
 //! `phi = (e + s)/2` with `s = delta e`, delta a diagonal matrix of further parameters within \[-1, 1\], a channel
-//! each. The filters of w that a step passes are left out, and with them what they make of it: the step is counted
-//! where it arrives, as a jump of one y ([`Certificate::jumping_measurement`]). Where it is held, x is taken from `step
-//! x_held`, and `decay/2` is added to A, so that the inequality of such a loop is that of a decay. The rate of a state
-//! of the plant that has a limit is one more u, whose phi moves that state the other way, and nothing else.
+//! each. The filters of w upstream of the loop are omitted: the step is measured where it enters the loop, as a jump of
+//! one y ([`Certificate::jumping_measurement`]). While it is held, x is the deviation from `step x_held`. `decay/2` is
+//! added to A, so that the inequality of such a loop proves a decay rate. The limited rate of a state of the plant is a
+//! further u, whose phi acts on that state alone, with the opposite sign.
 
 use super::limits::Limits;
 
@@ -17,9 +17,9 @@ use crate::plant::{Controller, ModelError, Plant, Rows};
 use crate::system::Loop;
 
 impl Loop<'_> {
-    /// The states of the plant that the loop consists of: those that controls or Delta move, also through channels and
-    /// other states, and that in turn move measurements, channels or Delta. The others are filters of w, in whose place
-    /// the steps act, or of z.
+    /// Returns the states of the plant that belong to the loop: those driven by controls or Delta, also through
+    /// channels and other states, that in turn act on measurements, channels or Delta. The others are filters of w,
+    /// which the steps replace, or of z.
     pub(crate) fn moving_states(self) -> Vec<usize> {
         let (p, n) = (self.plant, self.plant.a.len());
         let any = |row: &[f64]| row.iter().any(|entry| *entry != 0.0);
@@ -28,37 +28,38 @@ impl Loop<'_> {
             |m: &Rows, j: usize| m.iter().any(|row| row.get(j).is_some_and(|entry| *entry != 0.0));
         let by_delta = |i: usize| self.errors.iter().any(|error| in_row(&error.e, i));
         let in_delta = |j: usize| self.errors.iter().any(|error| in_column(&error.f, j));
-        let mut moved: Vec<bool> = (0..n).map(|i| in_row(&p.b2, i) || by_delta(i)).collect();
-        let mut seen: Vec<bool> =
+        let mut driven: Vec<bool> = (0..n).map(|i| in_row(&p.b2, i) || by_delta(i)).collect();
+        let mut observed: Vec<bool> =
             (0..n).map(|j| in_column(&p.c2, j) || in_column(&p.ct, j) || in_delta(j)).collect();
-        let mut carries: Vec<bool> = (0..p.ct.len()).map(|k| in_row(&p.dt2, k)).collect();
-        let by = |row: &[f64], moved: &[bool]| row.iter().zip(moved).any(|(entry, m)| *entry != 0.0 && *m);
-        for _ in 0..n + carries.len() {
-            for k in 0..carries.len() {
-                carries[k] = carries[k] || by(&p.ct[k], &moved) || by(&p.dtt[k], &carries);
+        let mut driven_channels: Vec<bool> = (0..p.ct.len()).map(|k| in_row(&p.dt2, k)).collect();
+        let by = |row: &[f64], driven: &[bool]| row.iter().zip(driven).any(|(entry, m)| *entry != 0.0 && *m);
+        for _ in 0..n + driven_channels.len() {
+            for k in 0..driven_channels.len() {
+                driven_channels[k] =
+                    driven_channels[k] || by(&p.ct[k], &driven) || by(&p.dtt[k], &driven_channels);
             }
             for i in 0..n {
-                moved[i] = moved[i] || by(&p.a[i], &moved) || by(&p.bt[i], &carries);
-                if seen[i] {
-                    p.a[i].iter().zip(&mut seen).for_each(|(entry, seen)| *seen |= *entry != 0.0);
+                driven[i] = driven[i] || by(&p.a[i], &driven) || by(&p.bt[i], &driven_channels);
+                if observed[i] {
+                    p.a[i].iter().zip(&mut observed).for_each(|(entry, observed)| *observed |= *entry != 0.0);
                 }
             }
         }
-        (0..n).filter(|&i| moved[i] && seen[i]).collect()
+        (0..n).filter(|&i| driven[i] && observed[i]).collect()
     }
 
-    /// The y that jumps by as much as an input w steps, where the loop of [`Self::moving_states`] gets nothing else of
-    /// the step: its states, channels and other y nothing at once, and nothing through filters, which may add to the
-    /// same y. `None` where that is not so: the states that are left out would take a part of the step, or all of it,
-    /// with them.
+    /// Returns the measurement y that jumps by exactly the step of an input w, if the step acts on the loop of
+    /// [`Self::moving_states`] in no other way: not directly on its states, channels and other y, and through filters
+    /// at most on the same y. Otherwise returns `None`: the omitted states would carry a part of the step, or all of
+    /// it.
     pub(crate) fn jumping_measurement(self, input: usize) -> Option<usize> {
-        let (p, kept) = (self.plant, self.moving_states());
+        let (p, retained) = (self.plant, self.moving_states());
         let is_at =
             |m: &Rows, i: usize, j: usize| m.get(i).and_then(|row| row.get(j)).is_some_and(|x| *x != 0.0);
         let jumps: Vec<f64> = p.d21.iter().map(|row| row[input]).collect();
         let jumping = jumps.iter().position(|jump| *jump != 0.0)?;
         let one = jumps.iter().enumerate().all(|(k, jump)| *jump == f64::from(u8::from(k == jumping)));
-        // What the step reaches before it reaches the loop.
+        // States and channels reached by the step.
         let (n, t) = (p.a.len(), p.ct.len());
         let mut states: Vec<bool> = (0..n).map(|i| is_at(&p.b1, i, input)).collect();
         let mut channels: Vec<bool> = (0..t).map(|k| is_at(&p.dt1, k, input)).collect();
@@ -78,62 +79,63 @@ impl Loop<'_> {
                 && ((0..n).any(|j| states[j] && is_at(&p.c2, k, j))
                     || (0..t).any(|c| channels[c] && is_at(&p.d2t, k, c)))
         };
-        let aside = kept.iter().any(|&i| states[i])
+        let other_path = retained.iter().any(|&i| states[i])
             || (0..p.c2.len()).any(to_other)
             || self.errors.iter().any(|error| error.f.iter().any(to_delta));
-        (one && !aside).then_some(jumping)
+        (one && !other_path).then_some(jumping)
     }
 }
 
 impl ClosedLoop {
-    /// The loop of a checked certificate, with one input, a step of at most `size` in units of that.
+    /// Creates the loop of a checked certificate with one input, a step in units of `size`.
     ///
     /// # Errors
-    /// As [`ClosedLoop::new`].
+    /// Same as [`ClosedLoop::new`].
     pub(super) fn limited(c: Loop<'_>, limits: &Limits, error: &ModelError) -> Result<Self, Failure> {
-        let (kept, m) = (c.moving_states(), limits.limits.len());
+        let (retained, m) = (c.moving_states(), limits.limits.len());
         let commands = m - limits.rates.len();
         let first = |row: Vec<f64>| row.into_iter().take(limits.delta_rows.unwrap_or(usize::MAX)).collect();
         let step = |row: &Vec<f64>| (0..=m).map(|j| if j == 0 { row[limits.input] } else { 0.0 }).collect();
         let error = ModelError {
-            e: rows_of(&error.e, &kept).into_iter().map(first).collect(),
-            f: columns_of(&error.f, &kept),
+            e: rows_of(&error.e, &retained).into_iter().map(first).collect(),
+            f: columns_of(&error.f, &retained),
             fw: error.fw.iter().map(step).collect(),
             fu: error.fu.clone(),
         };
-        let (plant, controller) = &opened(c, &limits.e, &kept, &[limits.input], &limits.rates);
-        let mut whole = Self::new(Loop { plant, controller, ..c }, std::slice::from_ref(&error))?;
-        let (n, at) = (whole.states, whole.states + whole.channels);
-        if let Some((rows, _)) = &mut whole.delta {
+        let (plant, controller) =
+            &with_saturation_inputs(c, &limits.e, &retained, &[limits.input], &limits.rates);
+        let mut closed = Self::new(Loop { plant, controller, ..c }, std::slice::from_ref(&error))?;
+        let (n, at) = (closed.states, closed.states + closed.channels);
+        if let Some((rows, _)) = &mut closed.delta {
             rows.add(0, at + 1, &Matrix::from_rows(&error.fu, commands).negated());
         }
         let size = Dyadic::from_f64(limits.size);
         let [held, out] = [&limits.x_held, &limits.u_held]
             .map(|column| Matrix::from_rows(&column.iter().map(|x| vec![*x]).collect(), 1));
-        let from_held = |rows: &mut Matrix| {
+        let measure_from_held = |rows: &mut Matrix| {
             let step = rows.column_range(at, at + 1).plus(&rows.column_range(0, n).times(&held));
             rows.place(0, at, &step);
         };
-        [&mut whole.state, &mut whole.channel, &mut whole.output].into_iter().for_each(from_held);
-        whole.delta.iter_mut().for_each(|(rows, _)| from_held(rows));
-        let z = whole.output.rows - m;
-        whole.output.add(z, at, &out.negated());
-        let mut saturated = whole.saturated(&limits.h);
-        let in_size = |rows: &mut Matrix| {
+        [&mut closed.state, &mut closed.channel, &mut closed.output].into_iter().for_each(measure_from_held);
+        closed.delta.iter_mut().for_each(|(rows, _)| measure_from_held(rows));
+        let z = closed.output.rows - m;
+        closed.output.add(z, at, &out.negated());
+        let mut saturated = closed.saturated(&limits.h);
+        let scale_step = |rows: &mut Matrix| {
             let at = rows.cols - 1;
             rows.place(0, at, &rows.column_range(at, at + 1).scaled(&size));
         };
-        [&mut saturated.state, &mut saturated.channel].into_iter().for_each(in_size);
-        saturated.delta.iter_mut().for_each(|(rows, _)| in_size(rows));
+        [&mut saturated.state, &mut saturated.channel].into_iter().for_each(scale_step);
+        saturated.delta.iter_mut().for_each(|(rows, _)| scale_step(rows));
         saturated.output = Matrix::zeros(0, saturated.state.cols);
         saturated.state.add(0, 0, &Matrix::scalar(n, &Dyadic::from_f64(limits.decay).shifted(-1)));
         Ok(saturated)
     }
 
-    /// The loop of [`opened`] with a channel for each u in place of phi.
+    /// Returns the loop of [`with_saturation_inputs`] with a channel for each u in place of phi.
     ///
-    /// `u = k (x, wt, w) + through phi`: at given wt the rates alone have phi in them, that of commands, for D22 is 0,
-    /// so that through^2 = 0 and `phi = (e + s)/2` is `share (beyond + s)`, with `e = beyond + through phi`.
+    /// In `u = k (x, wt, w) + through phi` at given wt, only the rates depend on phi, on that of the commands, because
+    /// D22 is 0. So through^2 = 0, and `phi = (e + s)/2` is `share (beyond + s)`, with `e = beyond + through phi`.
     fn saturated(self, h: &Rows) -> Self {
         let (n, r, m) = (self.states, self.channels, h.len());
         let (w, z) = (self.inputs - m, self.output.rows - m);
@@ -141,12 +143,12 @@ impl ClosedLoop {
         let through = u.column_range(n + r + w, n + r + w + m);
         let half = Dyadic::from_f64(0.5);
         let share = Matrix::scalar(m, &half).plus(&through.scaled(&half.shifted(-1)));
-        // In columns x, wt, s, w.
+        // Columns are x, wt, s, w.
         let mut beyond = Matrix::zeros(m, n + r + m + w);
         beyond.place(0, 0, &u.column_range(0, n + r));
         beyond.add(0, 0, &Matrix::from_rows(h, n).negated());
         beyond.place(0, n + r + m, &u.column_range(n + r, n + r + w));
-        let mixed = |rows: &Matrix| {
+        let eliminate_phi = |rows: &Matrix| {
             let of_phi = rows.column_range(n + r + w, n + r + w + m).times(&share);
             let mut all = of_phi.times(&beyond);
             all.add(0, 0, &rows.column_range(0, n + r));
@@ -154,28 +156,34 @@ impl ClosedLoop {
             all.add(0, n + r + m, &rows.column_range(n + r, n + r + w));
             all
         };
-        let again = through.times(&share);
-        let mut e = beyond.plus(&again.times(&beyond));
-        e.add(0, n + r, &again);
+        let phi_in_u = through.times(&share);
+        let mut e = beyond.plus(&phi_in_u.times(&beyond));
+        e.add(0, n + r, &phi_in_u);
         let first = self.parameters.iter().max().map_or(0, |last| last + 1);
         Self {
             channels: r + m,
             inputs: w,
-            state: mixed(&self.state),
-            channel: mixed(&self.channel).above(e),
-            output: mixed(&self.output.row_range(0, z)),
-            delta: self.delta.as_ref().map(|(rows, e)| (mixed(rows), e.clone())),
+            state: eliminate_phi(&self.state),
+            channel: eliminate_phi(&self.channel).above(e),
+            output: eliminate_phi(&self.output.row_range(0, z)),
+            delta: self.delta.as_ref().map(|(rows, e)| (eliminate_phi(rows), e.clone())),
             parameters: self.parameters.iter().copied().chain(first..first + m).collect(),
             ..self
         }
     }
 }
 
-/// The loop with `kept` of the plant's states, the inputs `inputs` of w and phi, of which E feeds back that of
-/// commands, and u below z: the commands, and the rates of the states `rates` that have limits.
-fn opened(c: Loop<'_>, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[usize]) -> (Plant, Controller) {
+/// Returns the loop with the `retained` states of the plant; with the inputs `inputs` of w, and phi, of which E feeds
+/// back that of the commands; and with u below z: the commands, and the limited rates of the states `rates`.
+fn with_saturation_inputs(
+    c: Loop<'_>,
+    e: &Rows,
+    retained: &[usize],
+    inputs: &[usize],
+    rates: &[usize],
+) -> (Plant, Controller) {
     let (p, k, m) = (c.plant, c.controller, c.sizes().u);
-    let n = kept.len();
+    let n = retained.len();
     let zeros = |rows: usize, columns: usize| vec![vec![0.0; columns]; rows];
     let unit: Rows = (0..m).map(|i| (0..m).map(|j| f64::from(u8::from(i == j))).collect()).collect();
     let below = |top: Rows, bottom: Rows| -> Rows { top.into_iter().chain(bottom).collect() };
@@ -194,13 +202,13 @@ fn opened(c: Loop<'_>, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[usiz
     let mut b1 = direct.clone();
     rates.iter().enumerate().for_each(|(j, &state)| b1[state][inputs.len() + m + j] = -1.0);
     let plant = Plant {
-        a: columns_of(&rows_of(&p.a, kept), kept),
-        bt: rows_of(&p.bt, kept),
-        b1: rows_of(&b1, kept),
-        b2: rows_of(&p.b2, kept),
-        ct: columns_of(&p.ct, kept),
-        c1: limited(below(columns_of(&p.c1, kept), zeros(m, n)), &columns_of(&p.a, kept)),
-        c2: below(columns_of(&p.c2, kept), zeros(m, n)),
+        a: columns_of(&rows_of(&p.a, retained), retained),
+        bt: rows_of(&p.bt, retained),
+        b1: rows_of(&b1, retained),
+        b2: rows_of(&p.b2, retained),
+        ct: columns_of(&p.ct, retained),
+        c1: limited(below(columns_of(&p.c1, retained), zeros(m, n)), &columns_of(&p.a, retained)),
+        c2: below(columns_of(&p.c2, retained), zeros(m, n)),
         dtt: p.dtt.clone(),
         dt1: with_phi(&p.dt1, &p.dt2),
         dt2: p.dt2.clone(),
@@ -223,10 +231,10 @@ fn opened(c: Loop<'_>, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[usiz
     (plant, controller)
 }
 
-fn rows_of(m: &Rows, kept: &[usize]) -> Rows {
-    kept.iter().map(|&i| m[i].clone()).collect()
+fn rows_of(m: &Rows, retained: &[usize]) -> Rows {
+    retained.iter().map(|&i| m[i].clone()).collect()
 }
 
-fn columns_of(m: &Rows, kept: &[usize]) -> Rows {
-    m.iter().map(|row| kept.iter().map(|&j| row[j]).collect()).collect()
+fn columns_of(m: &Rows, retained: &[usize]) -> Rows {
+    m.iter().map(|row| retained.iter().map(|&j| row[j]).collect()).collect()
 }

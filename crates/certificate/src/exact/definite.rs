@@ -1,51 +1,51 @@
-//! Decides without rounding whether a symmetric matrix of exact numbers is positive definite.
+//! Exact test whether a symmetric matrix is positive definite.
 //!
-//! First by a witness ([`crate::exact::witness`]). Without one, the fraction-free elimination of E. H. Bareiss
+//! A witness is tried first ([`crate::exact::witness`]). Without one, the fraction-free elimination of E. H. Bareiss
 //! ("Sylvester's identity and multistep integer-preserving Gaussian elimination", Math. Comp. 22, 1968, eq. 7) gives
-//! the leading principal minors as whole numbers, and Sylvester's criterion decides. Every refusal comes from the
+//! the leading principal minors as integers, and Sylvester's criterion decides. Every rejection comes from the
 //! elimination.
 
 use crate::exact::dyadic::approximate_ratio;
 use crate::exact::matrix::Matrix;
-use crate::exact::witness::{scaled, witnessed};
+use crate::exact::witness::{has_witness, scaled};
 use num_bigint::{BigInt, Sign};
 
-/// The first pivot that is not positive.
+/// First pivot that is not positive.
 #[derive(Debug, PartialEq)]
-pub(crate) struct WrongPivot {
-    /// The row of the matrix.
+pub(crate) struct NonPositivePivot {
+    /// Row of the matrix.
     pub(crate) row: usize,
-    /// The pivot, rounded.
+    /// Rounded value of the pivot.
     pub(crate) value: f64,
     pub(crate) exactly_zero: bool,
 }
 
-/// Decides whether the symmetric matrix `m` is positive definite.
+/// Checks that the symmetric matrix `m` is positive definite.
 ///
-/// The elimination takes the rows in the given order, on which the answer does not depend.
+/// The elimination takes the rows in the given order, on which the result does not depend.
 ///
 /// # Errors
 /// [`WrongPivot`], the first pivot of the elimination that is not positive.
-pub(crate) fn positive_definite(m: &Matrix, order: &[usize]) -> Result<(), WrongPivot> {
+pub(crate) fn positive_definite(m: &Matrix, order: &[usize]) -> Result<(), NonPositivePivot> {
     let (scaled, halves) = scaled(m, order);
-    if witnessed(&scaled) {
+    if has_witness(&scaled) {
         return Ok(());
     }
     eliminate(&scaled).map_err(|(pivot, row)| {
         let row = order[row];
         let value = approximate_ratio(&pivot.minor, &pivot.previous, pivot.unit - 2 * halves[row]);
-        WrongPivot { row, value, exactly_zero: pivot.minor.sign() == Sign::NoSign }
+        NonPositivePivot { row, value, exactly_zero: pivot.minor.sign() == Sign::NoSign }
     })
 }
 
-/// A leading principal minor that is not positive; the pivot is `minor 2^unit / previous`.
+/// Leading principal minor that is not positive; the pivot is `minor 2^unit / previous`.
 struct Minor {
     minor: BigInt,
     previous: BigInt,
     unit: i64,
 }
 
-/// Bareiss elimination of the upper triangle: after step k the entries are minors of order k + 2.
+/// Eliminates the upper triangle by Bareiss' method: after step k the entries are minors of order k + 2.
 fn eliminate(m: &Matrix) -> Result<(), (Minor, usize)> {
     let n = m.rows;
     let entries = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
@@ -79,7 +79,7 @@ mod tests {
     use proptest::prelude::*;
     use std::time::Instant;
 
-    /// `sum of v v'/64` over the columns `v` of a square matrix of f64s, plus `shift I`.
+    /// Returns the sum of `v v'/64` over the columns `v` of a square matrix of f64s, plus `shift I`.
     fn gram(n: usize, entries: &[f64], shift: f64) -> Matrix {
         let mut g = Matrix::zeros(n, n);
         entries
@@ -95,12 +95,12 @@ mod tests {
     }
 
     #[test]
-    fn the_first_wrong_pivot_is_named_in_unscaled_terms() {
+    fn reports_first_wrong_pivot_unscaled() {
         let mut m = Matrix::scalar(3, &Dyadic::from_f64(1024.0));
         m[(1, 1)] = Dyadic::from_f64(3.0);
         m[(0, 1)] = Dyadic::from_f64(64.0);
         m[(1, 0)] = Dyadic::from_f64(64.0);
-        // Rows 2 and 1 first: the pivot of row 0 is 1024 - 64^2/3.
+        // Rows 2 and 1 come first: the pivot of row 0 is 1024 - 64^2/3.
         let wrong = positive_definite(&m, &order(3)).unwrap_err();
         assert_eq!(wrong.row, 0);
         assert!((wrong.value - (1024.0 - 4096.0 / 3.0)).abs() < 1e-9);
@@ -112,15 +112,15 @@ mod tests {
         assert!(positive_definite(&Matrix::zeros(1, 1), &[0]).unwrap_err().exactly_zero);
     }
 
-    /// Prints the time of both methods.
+    /// Checks that both methods agree, and prints their times.
     #[test]
-    fn both_ways_agree_on_large_matrices() {
+    fn witness_and_elimination_agree_on_large_matrices() {
         for n in [20, 42, 60] {
             let entries: Vec<f64> =
                 (0..n * n).map(|k| (k as f64 * 0.7 + (k * k) as f64 * 0.01).sin()).collect();
             let m = gram(n, &entries, 0.01);
             let start = Instant::now();
-            assert!(witnessed(&m));
+            assert!(has_witness(&m));
             let quick = start.elapsed();
             let start = Instant::now();
             assert!(eliminate(&m).is_ok());
@@ -130,7 +130,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_the_factor_what_dominates_is_definite(
+        fn dominance_implies_definiteness_for_any_factor(
             n in 1_usize..5,
             entries in prop::collection::vec(-1.0..1.0, 16),
             shift in -0.1..0.1,
@@ -145,7 +145,7 @@ mod tests {
         }
 
         #[test]
-        fn whatever_is_shown_is_definite(
+        fn shown_matrices_are_definite(
             n in 1_usize..7,
             entries in prop::collection::vec(-1.0..1.0, 36),
             shift in prop_oneof![-1.0..1.0, -1e-13..1e-13],
@@ -158,7 +158,7 @@ mod tests {
         }
 
         #[test]
-        fn a_witness_is_never_found_where_elimination_refuses(
+        fn no_witness_where_elimination_rejects(
             n in 1_usize..7,
             entries in prop::collection::vec(-1.0..1.0, 36),
             shift in prop_oneof![-1.0..1.0, -1e-3..1e-3, -1e-13..1e-13],
@@ -170,7 +170,7 @@ mod tests {
             }
             let m = gram(n, &entries, shift);
             let exact = eliminate(&m).is_ok();
-            prop_assert!(exact || !witnessed(&m));
+            prop_assert!(exact || !has_witness(&m));
             prop_assert_eq!(positive_definite(&m, &order(n)).is_ok(), exact);
             prop_assert!(shift <= 0.0 || exact);
             prop_assert!(!(singular && n > 1 && shift <= 0.0 && exact));

@@ -1,9 +1,9 @@
-//! Numbers `m 2^e`: every f64 is one, and sums and products of such numbers are such numbers, without rounding.
+//! Dyadic numbers `m 2^e`: they include every f64, and their sums and products are exact.
 
 use num_bigint::{BigInt, Sign};
 use std::ops::{Add, Mul, Neg};
 
-/// `mantissa 2^exponent`, the mantissa odd, or zero with exponent 0.
+/// Number `mantissa 2^exponent` with an odd mantissa, or zero with exponent 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Dyadic {
     mantissa: BigInt,
@@ -19,7 +19,7 @@ impl Dyadic {
         }
     }
 
-    /// The exact value of a finite f64: sign, 11 bits of exponent, 52 bits of mantissa (IEEE 754-2019, 3.4).
+    /// Returns the exact value of a finite f64: sign, 11 bits of exponent, 52 bits of mantissa (IEEE 754-2019, 3.4).
     pub(crate) fn from_f64(x: f64) -> Self {
         debug_assert!(x.is_finite());
         let bits = x.to_bits();
@@ -30,35 +30,35 @@ impl Dyadic {
         Self::new(BigInt::from_biguint(sign, mantissa.into()), exponent)
     }
 
-    /// The nearest f64 or one beside it; infinite or zero beyond the range.
+    /// Returns the nearest f64 or a neighbour of it; infinity or zero beyond the range.
     pub(crate) fn to_f64(&self) -> f64 {
         let (head, exponent) = leading(&self.mantissa, self.exponent);
         scale(head, exponent)
     }
 
-    /// The exponent of the leading bit; `None` for zero.
+    /// Returns the exponent of the leading bit; `None` for zero.
     pub(crate) fn magnitude(&self) -> Option<i64> {
         (!self.is_zero()).then(|| self.mantissa.bits() as i64 - 1 + self.exponent)
     }
 
-    /// The exponent of the last bit; `None` for zero.
+    /// Returns the exponent of the last bit; `None` for zero.
     pub(crate) fn last_bit(&self) -> Option<i64> {
         (!self.is_zero()).then_some(self.exponent)
     }
 
-    /// The number divided by `2^unit`, which must be whole.
+    /// Returns the number divided by `2^unit`, which must be an integer.
     pub(crate) fn in_units(&self, unit: i64) -> BigInt {
         debug_assert!(self.is_zero() || self.exponent >= unit);
         &self.mantissa << (self.exponent - unit).max(0)
     }
 
-    /// The number in units of `2^-places`, rounded down.
+    /// Returns the number in units of `2^-places`, rounded down.
     pub(crate) fn rounded(&self, places: i64) -> BigInt {
         let shift = self.exponent + places;
         if shift >= 0 { &self.mantissa << shift } else { &self.mantissa >> -shift }
     }
 
-    /// The number times `2^exponent`.
+    /// Returns the number times `2^exponent`.
     pub(crate) fn shifted(&self, exponent: i64) -> Self {
         if self.is_zero() {
             return Self::default();
@@ -79,7 +79,7 @@ impl Dyadic {
     }
 }
 
-/// `m 2^exponent` as `head 2^e`, approximately, with head in `[1, 2)` in magnitude, or zero.
+/// Returns head and e with `m 2^exponent` approximately `head 2^e`, the magnitude of head in `[1, 2)`; or zero.
 fn leading(m: &BigInt, exponent: i64) -> (f64, i64) {
     let bits = m.bits() as i64;
     let surplus = (bits - 64).max(0);
@@ -91,7 +91,7 @@ fn leading(m: &BigInt, exponent: i64) -> (f64, i64) {
     (if m.sign() == Sign::Minus { -head } else { head }, exponent + bits - 1)
 }
 
-/// `x 2^exponent` for x of moderate size, in two steps that reach the subnormal numbers.
+/// Returns `x 2^exponent` for x of moderate size, in four factors that reach the subnormal numbers.
 fn scale(x: f64, exponent: i64) -> f64 {
     let exponent = exponent.clamp(-2200, 2200) as i32;
     let half = exponent / 2;
@@ -101,7 +101,7 @@ fn scale(x: f64, exponent: i64) -> f64 {
         * 2f64.powi(exponent - half - (exponent - half) / 2)
 }
 
-/// `a 2^exponent / b` in floating point.
+/// Returns `a 2^exponent / b` in floating point.
 pub(crate) fn approximate_ratio(a: &BigInt, b: &BigInt, exponent: i64) -> f64 {
     let ((a, p), (b, q)) = (leading(a, exponent), leading(b, 0));
     scale(a / b, p - q)
@@ -167,12 +167,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_f64_comes_back(x in prop::num::f64::NORMAL | prop::num::f64::SUBNORMAL | prop::num::f64::ZERO) {
+        fn every_f64_round_trips(x in prop::num::f64::NORMAL | prop::num::f64::SUBNORMAL | prop::num::f64::ZERO) {
             prop_assert_eq!(Dyadic::from_f64(x).to_f64(), x);
         }
 
         #[test]
-        fn agrees_with_whole_numbers(a in -1_000_000_000_i64..1_000_000_000, b in -1_000_000_000_i64..1_000_000_000) {
+        fn agrees_with_integers(a in -1_000_000_000_i64..1_000_000_000, b in -1_000_000_000_i64..1_000_000_000) {
             let d = |x: i64| Dyadic::new(x.into(), 0);
             prop_assert_eq!(&d(a) + &d(b), d(a + b));
             prop_assert_eq!(&d(a) * &d(b), d(a * b));

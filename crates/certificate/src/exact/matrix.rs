@@ -4,7 +4,7 @@ use crate::exact::dyadic::Dyadic;
 use crate::plant::Rows;
 use std::ops::{Index, IndexMut};
 
-/// A matrix, row by row.
+/// Matrix, row by row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Matrix {
     pub(crate) rows: usize,
@@ -17,20 +17,20 @@ impl Matrix {
         Self { rows, cols, entries: vec![Dyadic::default(); rows * cols] }
     }
 
-    /// `x I`.
+    /// Returns `x I`.
     pub(crate) fn scalar(n: usize, x: &Dyadic) -> Self {
         let mut m = Self::zeros(n, n);
         (0..n).for_each(|i| m[(i, i)] = x.clone());
         m
     }
 
-    /// A matrix from a checked list of rows; an empty list does not determine the number of columns.
+    /// Creates a matrix from a checked list of rows; `cols` is needed because an empty list does not determine it.
     pub(crate) fn from_rows(rows: &Rows, cols: usize) -> Self {
         let entries = rows.iter().flatten().map(|&x| Dyadic::from_f64(x)).collect();
         Self { rows: rows.len(), cols, entries }
     }
 
-    /// A matrix from a checked square list of rows.
+    /// Creates a matrix from a checked square list of rows.
     pub(crate) fn square(rows: &Rows) -> Self {
         Self::from_rows(rows, rows.len())
     }
@@ -53,25 +53,25 @@ impl Matrix {
         }
     }
 
-    /// The rows `from..to`.
+    /// Returns the rows `from..to`.
     pub(crate) fn row_range(&self, from: usize, to: usize) -> Self {
         let entries = self.entries[from * self.cols..to * self.cols].to_vec();
         Self { rows: to - from, cols: self.cols, entries }
     }
 
-    /// The columns `from..to`.
+    /// Returns the columns `from..to`.
     pub(crate) fn column_range(&self, from: usize, to: usize) -> Self {
         self.transpose().row_range(from, to).transpose()
     }
 
-    /// The rows and columns of these indices.
+    /// Returns the rows and columns of these indices.
     pub(crate) fn principal(&self, indices: &[usize]) -> Self {
         let n = indices.len();
         let entries = indices.iter().flat_map(|&i| indices.iter().map(move |&j| self[(i, j)].clone()));
         Self { rows: n, cols: n, entries: entries.collect() }
     }
 
-    /// This matrix above another.
+    /// Stacks this matrix above another.
     pub(crate) fn above(mut self, bottom: Self) -> Self {
         debug_assert_eq!(self.cols, bottom.cols);
         self.rows += bottom.rows;
@@ -108,7 +108,7 @@ impl Matrix {
         m
     }
 
-    /// The sum of the products of the entries.
+    /// Returns the sum of the products of the entries.
     pub(crate) fn dot(&self, other: &Self) -> Dyadic {
         let products = self.entries.iter().zip(&other.entries).map(|(a, b)| a * b);
         products.fold(Dyadic::default(), |sum, product| &sum + &product)

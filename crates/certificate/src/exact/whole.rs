@@ -1,24 +1,23 @@
-//! Elimination in whole numbers: solves systems of equations with exact numbers and without fractions.
+//! Fraction-free elimination: solves systems of equations in integers.
 //!
 //! E. H. Bareiss, "Sylvester's identity and multistep integer-preserving Gaussian elimination", Math. Comp. 22, 1968,
-//! eq. 7, applied to the rows above the pivot as to those below: all entries stay minors of the matrix.
+//! eq. 7, applied to the rows above the pivot as well as below: all entries remain minors of the matrix.
 
 use crate::exact::dyadic::{Dyadic, approximate_ratio};
 use crate::exact::matrix::Matrix;
 use num_bigint::{BigInt, Sign};
 
-/// A matrix in reduced row form: each remaining row has `pivot` in its pivot column, and the other rows have zeros
-/// there.
+/// Matrix in reduced row form: each remaining row has `pivot` in its pivot column, and the other rows have zeros there.
 pub(crate) struct Reduced {
-    /// The remaining rows.
+    /// Remaining rows.
     pub(crate) rows: Matrix,
-    /// The pivot column of each.
+    /// Pivot column of each row.
     pub(crate) pivots: Vec<usize>,
-    /// Positive; 1 without rows.
+    /// Common pivot, positive; 1 without rows.
     pub(crate) pivot: Dyadic,
 }
 
-/// Reduces a matrix; each pivot is the entry that is largest once column j is multiplied by `weights[j]`.
+/// Reduces a matrix; each pivot is the largest entry after multiplication of column j by `weights[j]`.
 pub(crate) fn reduce(m: &Matrix, weights: &[f64]) -> Reduced {
     let entries = (0..m.rows).flat_map(|i| (0..m.cols).map(move |j| (i, j)));
     let unit = entries.filter_map(|at| m[at].last_bit()).min().unwrap_or(0);
@@ -50,14 +49,14 @@ pub(crate) fn reduce(m: &Matrix, weights: &[f64]) -> Reduced {
     Reduced { rows, pivots, pivot: Dyadic::new(previous, 0) }
 }
 
-/// N and d > 0 with `M N = d I`, without fractions; `None` if M is singular. `[M I]` reduces to `[d I N]`.
+/// Returns N and d > 0 with `M N = d I`, without fractions; `None` if M is singular. `[M I]` reduces to `[d I N]`.
 pub(crate) fn fraction_free_inverse(m: &Matrix) -> Option<(Matrix, Dyadic)> {
     let n = m.rows;
-    let mut beside = Matrix::zeros(n, 2 * n);
-    beside.place(0, 0, m);
-    beside.place(0, n, &Matrix::scalar(n, &Dyadic::from_f64(1.0)));
+    let mut augmented = Matrix::zeros(n, 2 * n);
+    augmented.place(0, 0, m);
+    augmented.place(0, n, &Matrix::scalar(n, &Dyadic::from_f64(1.0)));
     let weights: Vec<f64> = (0..2 * n).map(|j| if j < n { 1.0 } else { 0.0 }).collect();
-    let Reduced { rows, pivots, pivot } = reduce(&beside, &weights);
+    let Reduced { rows, pivots, pivot } = reduce(&augmented, &weights);
     let mut inverse = Matrix::zeros(n, n);
     for (k, &i) in pivots.iter().enumerate() {
         if i >= n {
@@ -68,7 +67,8 @@ pub(crate) fn fraction_free_inverse(m: &Matrix) -> Option<(Matrix, Dyadic)> {
     Some((inverse, pivot))
 }
 
-/// The place of the largest weighted entry that is not zero, from row `from` on. All entries are in the same unit.
+/// Returns row and column of the largest weighted entry that is not zero, from row `from` on. All entries are in the
+/// same unit.
 fn largest(a: &[Vec<BigInt>], from: usize, weights: &[f64]) -> Option<(usize, usize)> {
     let bits = a.iter().skip(from).flatten().map(BigInt::bits).max().filter(|bits| *bits > 0)?;
     let scale = BigInt::from(1) << bits;
@@ -91,7 +91,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn rows_that_depend_on_others_go() {
+    fn drops_dependent_rows() {
         let m = Matrix::from_rows(&vec![vec![1.0, 2.0, 0.0], vec![-2.0, -4.0, 0.0], vec![0.0, 0.0, 3.0]], 3);
         let found = reduce(&m, &[1.0, 1.0, 1.0]);
         assert_eq!((found.rows.rows, found.pivots), (2, vec![1, 2]));
@@ -100,7 +100,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn an_inverse_is_exact(
+        fn inverse_is_exact(
             n in 0_usize..6,
             entries in prop::collection::vec(prop_oneof![Just(0.0), -3.0..3.0, -1e-9..1e-9], 25),
             singular in any::<bool>(),
@@ -117,7 +117,7 @@ mod tests {
                     prop_assert_eq!(m.times(&inverse), Matrix::scalar(n, &d));
                 }
                 None => {
-                    // The Gram matrix of what is regular is positive definite.
+                    // The Gram matrix of a regular matrix would be positive definite.
                     let gram = m.times(&m.transpose());
                     prop_assert!(positive_definite(&gram, &(0..n).collect::<Vec<_>>()).is_err());
                 }

@@ -1,19 +1,19 @@
-//! Shows that a symmetric matrix of exact numbers is positive definite, or gives up.
+//! Sufficient exact test for a positive definite symmetric matrix.
 //!
-//! Scaled by powers of two to diagonals between 1 and 4, `M` is positive definite if `R = M - L L'` has positive
-//! diagonal entries, each larger than the sum of the magnitudes of the other entries of its row (Gershgorin), whatever
-//! L. That is decided exactly. L is a Cholesky factor of `M - delta I`, tried at two precisions:
+//! M is scaled by powers of two to diagonals between 1 and 4. It is positive definite if, for any L, `R = M - L L'` has
+//! positive diagonal entries, each larger than the sum of the magnitudes of the other entries of its row (Gershgorin).
+//! This is decided exactly. L is a Cholesky factor of `M - delta I`, tried at two precisions:
 //!
-//! 1. computed in floating point and rounded to whole multiples of `2^-52`, with delta from 1e-6 to 1e-12;
-//! 2. computed in whole multiples of `2^-192`, with `delta = 2^-100`: slower, it shows matrices whose least
-//!    eigenvalue, scaled, is above `1e-30` or so.
+//! 1. computed in floating point and rounded to integer multiples of `2^-52`, with delta from 1e-6 to 1e-12;
+//! 2. computed in integer multiples of `2^-192`, with `delta = 2^-100`: slower, but sufficient for matrices whose
+//!    smallest scaled eigenvalue is above about `1e-30`.
 
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 use num_bigint::{BigInt, Sign};
 
-/// Binary places of a factor in floating point, and its shifts, tried in turn: well above the rounding of the
-/// factorisation, and if possible below the least eigenvalue.
+/// Binary places of a factor in floating point, and its shifts, tried in turn: well above the rounding errors of the
+/// factorisation, and if possible below the smallest eigenvalue.
 const BITS: i64 = 52;
 const DELTAS: [f64; 3] = [1e-6, 1e-9, 1e-12];
 
@@ -21,7 +21,8 @@ const DELTAS: [f64; 3] = [1e-6, 1e-9, 1e-12];
 const PLACES: u64 = 192;
 const SHIFT: u64 = 100;
 
-/// A matrix with rows and columns in `order` and diagonals between 1 and 4, and the binary exponents of the scaling.
+/// Returns the matrix with rows and columns in `order` and diagonals scaled to between 1 and 4, and the binary
+/// exponents of the scaling.
 pub(crate) fn scaled(m: &Matrix, order: &[usize]) -> (Matrix, Vec<i64>) {
     let halves: Vec<i64> = (0..m.rows).map(|i| -m[(i, i)].magnitude().unwrap_or(0).div_euclid(2)).collect();
     let mut scaled = Matrix::zeros(m.rows, m.rows);
@@ -33,20 +34,20 @@ pub(crate) fn scaled(m: &Matrix, order: &[usize]) -> (Matrix, Vec<i64>) {
     (scaled, halves)
 }
 
-/// Whether the symmetric matrix `m` was shown to be positive definite.
+/// Returns `true` if the symmetric matrix `m` is shown to be positive definite.
 pub(crate) fn shown_positive(m: &Matrix) -> bool {
-    witnessed(&scaled(m, &(0..m.rows).collect::<Vec<_>>()).0)
+    has_witness(&scaled(m, &(0..m.rows).collect::<Vec<_>>()).0)
 }
 
-/// Whether a factor proves that `m`, scaled, is positive definite.
-pub(crate) fn witnessed(m: &Matrix) -> bool {
+/// Returns `true` if a factor proves that the scaled matrix `m` is positive definite.
+pub(crate) fn has_witness(m: &Matrix) -> bool {
     let n = m.rows;
     let rounded: Vec<f64> = (0..n * n).map(|k| m[(k / n, k % n)].to_f64()).collect();
     let rough = |delta: &f64| rough_factor(&rounded, n, *delta).is_some_and(|l| rough_dominates(m, &l));
     DELTAS.iter().any(rough) || fine_factor(m).is_some_and(|l| fine_dominates(m, &l))
 }
 
-/// The lower Cholesky factor of `m - delta I` in multiples of `2^-52`.
+/// Returns the lower Cholesky factor of `m - delta I` in multiples of `2^-52`.
 pub(crate) fn rough_factor(m: &[f64], n: usize, delta: f64) -> Option<Vec<i64>> {
     let mut l = vec![0.0_f64; n * n];
     for j in 0..n {
@@ -54,7 +55,7 @@ pub(crate) fn rough_factor(m: &[f64], n: usize, delta: f64) -> Option<Vec<i64>> 
             let dot: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
             let rest = m[i * n + j] - dot - if i == j { delta } else { 0.0 };
             l[i * n + j] = if i == j { rest.sqrt() } else { rest / l[j * n + j] };
-            // With diagonals of M up to 4, no entry of a factor exceeds 2; NaN is refused.
+            // No entry of a factor exceeds 2 for diagonals of M up to 4; NaN is rejected.
             let fits = l[i * n + j].abs() <= 4.0 && l[j * n + j] > 0.0;
             if !fits {
                 return None;
@@ -64,10 +65,10 @@ pub(crate) fn rough_factor(m: &[f64], n: usize, delta: f64) -> Option<Vec<i64>> 
     Some(l.into_iter().map(|x| (x * 2f64.powi(BITS as i32)).round() as i64).collect())
 }
 
-/// [`dominates`] for a factor in multiples of `2^-52`.
+/// Calls [`dominates`] for a factor in multiples of `2^-52`.
 pub(crate) fn rough_dominates(m: &Matrix, l: &[i64]) -> bool {
     let n = m.rows;
-    // Each product is at most 2^108, each sum at most n 2^108: it fits into an i128.
+    // Each product is at most 2^108, so that a sum of n products fits into an i128.
     debug_assert!(n < 1 << 18);
     dominates(m, |i, j| {
         let sum: i128 = (0..=i.min(j)).map(|k| i128::from(l[i * n + k]) * i128::from(l[j * n + k])).sum();
@@ -75,13 +76,13 @@ pub(crate) fn rough_dominates(m: &Matrix, l: &[i64]) -> bool {
     })
 }
 
-/// The rows of the lower factor, in units of `2^-192`.
+/// Returns the rows of the lower factor, in units of `2^-192`.
 fn fine_factor(m: &Matrix) -> Option<Vec<Vec<BigInt>>> {
     let mut l: Vec<Vec<BigInt>> = vec![];
     for i in 0..m.rows {
         let mut row: Vec<BigInt> = vec![];
         for j in 0..=i {
-            // In units of 2^-384.
+            // Products and remainders are in units of 2^-384.
             let other = if j < i { &l[j] } else { &row };
             let dot: BigInt = row.iter().zip(other).map(|(a, b)| a * b).sum();
             let mut rest = m[(i, j)].rounded(2 * PLACES as i64) - dot;
@@ -100,7 +101,7 @@ fn fine_factor(m: &Matrix) -> Option<Vec<Vec<BigInt>>> {
     Some(l)
 }
 
-/// [`dominates`] for a factor in multiples of `2^-192`.
+/// Calls [`dominates`] for a factor in multiples of `2^-192`.
 fn fine_dominates(m: &Matrix, l: &[Vec<BigInt>]) -> bool {
     dominates(m, |i, j| {
         let dot: BigInt = l[i].iter().zip(&l[j]).map(|(a, b)| a * b).sum();
@@ -108,31 +109,31 @@ fn fine_dominates(m: &Matrix, l: &[Vec<BigInt>]) -> bool {
     })
 }
 
-/// Whether `M + negated`, with `negated = -L L'` by its lower triangle, is strictly diagonally dominant with positive
-/// diagonal entries, exactly.
+/// Returns `true` if `M + negated`, with `negated = -L L'` by its lower triangle, is strictly diagonally dominant with
+/// positive diagonal entries; exact.
 fn dominates(m: &Matrix, negated: impl Fn(usize, usize) -> Dyadic) -> bool {
     let n = m.rows;
-    let mut beside = vec![Dyadic::default(); n];
+    let mut off_diagonal = vec![Dyadic::default(); n];
     let mut diagonal = vec![Dyadic::default(); n];
     for i in 0..n {
         diagonal[i] = &m[(i, i)] + &negated(i, i);
         for j in 0..i {
             let magnitude = (&m[(i, j)] + &negated(i, j)).abs();
-            beside[i] = &beside[i] + &magnitude;
-            beside[j] = &beside[j] + &magnitude;
+            off_diagonal[i] = &off_diagonal[i] + &magnitude;
+            off_diagonal[j] = &off_diagonal[j] + &magnitude;
         }
     }
-    diagonal.iter().zip(&beside).all(|(d, b)| (d + &-b).is_positive())
+    diagonal.iter().zip(&off_diagonal).all(|(d, b)| (d + &-b).is_positive())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The Hilbert matrix, whose least eigenvalue of order 12 is 2.6e-17 (entries rounded to f64 would spoil it), in
-    /// units of the least common multiple of the denominators.
+    /// Checks a Hilbert matrix in units of the least common multiple of its denominators, because entries rounded to
+    /// f64 would spoil it; the smallest eigenvalue of order 12 is 2.6e-17.
     #[test]
-    fn a_matrix_beyond_floating_point_is_shown() {
+    fn shows_hilbert_matrix() {
         let hilbert = |n: usize, last: f64| {
             let common: f64 = (1..=9).fold(1.0, |lcm: f64, k| {
                 let k = f64::from(k);
@@ -143,7 +144,7 @@ mod tests {
             rows[n - 1][n - 1] += last;
             Matrix::from_rows(&rows, n)
         };
-        // All entries up to order 5 are whole.
+        // All entries up to order 5 are integers.
         assert!(shown_positive(&hilbert(5, 0.0)));
         assert!(
             !shown_positive(&hilbert(5, -1.0)),
@@ -151,18 +152,18 @@ mod tests {
         );
     }
 
-    /// A wrong factor must be refused.
+    /// Checks that a wrong factor is rejected.
     #[test]
-    fn a_remainder_must_dominate_strictly() {
+    fn remainder_must_dominate_strictly() {
         let matrix = |rows: [[f64; 2]; 2]| Matrix::from_rows(&rows.map(Vec::from).to_vec(), 2);
-        let whole = |l: [i64; 4]| l.map(|x| x << BITS);
-        let none = whole([0; 4]);
+        let scaled_integers = |l: [i64; 4]| l.map(|x| x << BITS);
+        let none = scaled_integers([0; 4]);
         assert!(rough_dominates(&matrix([[1.0, 0.9], [0.9, 1.0]]), &none));
         assert!(!rough_dominates(&matrix([[1.0, 1.0], [1.0, 1.0]]), &none));
         assert!(!rough_dominates(&matrix([[1.0, 2.0], [2.0, 1.0]]), &none));
         assert!(!rough_dominates(&matrix([[1.0, 2.0], [2.0, 9.0]]), &none));
-        // L L' = [4 2; 2 1]: the remainder must be positive in both rows.
-        let l = whole([2, 0, 1, 0]);
+        // The factor gives L L' = [4 2; 2 1]: the remainder must be positive in both rows.
+        let l = scaled_integers([2, 0, 1, 0]);
         assert!(!rough_dominates(&matrix([[4.0, 2.0], [2.0, 1.0]]), &l));
         assert!(!rough_dominates(&matrix([[4.0, 2.0], [2.0, 2.0]]), &l));
         assert!(!rough_dominates(&matrix([[4.5, 2.0], [2.0, 0.5]]), &l));
@@ -170,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_definite_is_not_shown() {
+    fn does_not_show_indefinite_matrices() {
         let matrix = |rows: [[f64; 2]; 2]| Matrix::from_rows(&rows.map(Vec::from).to_vec(), 2);
         assert!(shown_positive(&Matrix::zeros(0, 0)));
         assert!(!shown_positive(&Matrix::zeros(1, 1)));

@@ -1,4 +1,4 @@
-//! The claim of a bounded rate, on loops whose gain is known.
+//! Claim of a bounded rate, on loops whose gain is known.
 
 use crate::common::{add, add_model_error, claim, golden_text, prove, scheduled};
 use crate::independent::Loop;
@@ -10,8 +10,9 @@ use serde_json::{Value, json};
 use squid_certificate::{Certificate, Rate};
 use std::cell::Cell;
 
-/// `x' = (-3 + 1.5 theta) x + w` of [`scheduled`], X = 1, one interval. With `N = [-1 -m/2 0 0; -1/2 0 -m/2 0]`,
-/// columns x, wt, wk, w, the form at theta is, after Schur complements, `-6 + 3 theta + 2/gamma + theta^2 m/2`.
+/// Returns the certificate of `x' = (-3 + 1.5 theta) x + w`, see [`scheduled`], with X = 1 and one interval. With
+/// `N = [-1 -m/2 0 0; -1/2 0 -m/2 0]`, columns x, wt, wk, w, the form at theta is, after Schur complements,
+/// `-6 + 3 theta + 2/gamma + theta^2 m/2`.
 pub fn one_interval(gamma: f64, m: f64) -> Value {
     let mut c = scheduled(0.75);
     let n = json!([[[-1.0, -m / 2.0, 0.0, 0.0], [-0.5, 0.0, -m / 2.0, 0.0]]]);
@@ -26,7 +27,7 @@ pub fn one_interval(gamma: f64, m: f64) -> Value {
 }
 
 #[test]
-fn a_constant_lyapunov_matrix_by_hand() {
+fn constant_lyapunov_matrix_by_hand() {
     let theorem = prove(&one_interval(0.75, 0.5)).unwrap();
     assert!(theorem.ends_with(
         "moves by at most 3 in a unit of time, the gain is below 0.75; of another plant nothing is proved."
@@ -42,19 +43,19 @@ fn a_constant_lyapunov_matrix_by_hand() {
     assert!(prove(&one_interval(-0.75, 0.5)).unwrap_err().contains("gamma is -7.5e-1"));
 }
 
-/// `theta G - G theta` with `G = 1/(s + 1)`, whose gain is the rate: `x1' = -x1 + w, x2' = -x2 + theta w, z = theta
-/// x1 - x2`. z is an `e` with `e' = -e + theta' x1`, so that `V = e^2/gamma + gamma x1^2` shows every gamma above the
-/// rate.
+/// Returns the certificate of the commutator `theta G - G theta` with `G = 1/(s + 1)`, whose gain is the rate:
+/// `x1' = -x1 + w, x2' = -x2 + theta w, z = theta x1 - x2`. The output e = z satisfies `e' = -e + theta' x1`, so that
+/// `V = e^2/gamma + gamma x1^2` proves every gamma above the rate.
 ///
-/// The channels are those of w and of x1, `xi = (x1, x2, wt1, wt2, w)`; on an interval with the middle m the N that
-/// removes what `v = wt - m zt` has to do with the rest, and leaves `-weight v'v` of it, is made here of V.
+/// The channels are those of w and of x1, `xi = (x1, x2, wt1, wt2, w)`. On an interval with the midpoint m, N follows
+/// from V: it cancels the cross terms of `v = wt - m zt` with the other variables, and leaves `-weight v'v`.
 pub fn commutator(rate: f64, gamma: f64, intervals: usize, weight: f64) -> Value {
     let (a, b) = (1.0 / gamma, gamma);
     let breakpoints: Vec<f64> = (0..=intervals).map(|i| 2.0 * i as f64 / intervals as f64 - 1.0).collect();
     let multiplier = |m: f64| {
-        // In x1, x2, v1, v2, w: x2' has v1, z has v2, and V' = 2 (a e (m x1' - x2') + b x1 x1') with e = m x1 - x2.
-        // What goes with v1 is -2 a e; with v2, from z^2/gamma = (e + v2)^2/gamma, 2 e/gamma + v2/gamma.
-        // N (in x1, x2, v, w) is minus half of that; then v1 = wt1 - m w and v2 = wt2 - m x1 are put in.
+        // In terms of x1, x2, v1, v2, w: x2' depends on v1, z depends on v2, and V' = 2 (a e (m x1' - x2') + b x1 x1')
+        // with e = m x1 - x2. v1 is multiplied by -2 a e; v2, from z^2/gamma = (e + v2)^2/gamma, by 2 e/gamma +
+        // v2/gamma. N (in x1, x2, v, w) is minus half of that; then v1 = wt1 - m w and v2 = wt2 - m x1 are substituted.
         let (first, second) = ([a * m, -a], [-m / gamma, 1.0 / gamma]);
         let (own1, own2) = (-weight / 2.0, -(weight + 1.0 / gamma) / 2.0);
         json!([[first[0], first[1], own1, 0.0, -m * own1], [second[0] - m * own2, second[1], 0.0, own2, 0.0]])
@@ -71,7 +72,7 @@ pub fn commutator(rate: f64, gamma: f64, intervals: usize, weight: f64) -> Value
         "controller": {
             "A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[0.0]], "Dut": [[]], "Ct": [], "Dty": [], "Dtt": []
         },
-        // Sizes alone: |z| <= |x1| + |x2|.
+        // This gain follows from magnitudes alone: |z| <= |x1| + |x2|.
         "claims": [
             {"gain": {
                 "gamma": 8.0, "X": [[1.0, 0.0], [0.0, 1.0]], "S": [[1.0, 0.0], [0.0, 1.0]],
@@ -87,21 +88,21 @@ pub fn commutator(rate: f64, gamma: f64, intervals: usize, weight: f64) -> Value
 }
 
 #[test]
-fn a_lyapunov_matrix_of_second_order_shows_the_gain_of_the_commutator() {
+fn second_order_lyapunov_matrix_proves_commutator_gain() {
     for rate in [0.25, 1.0, 4.0] {
         let proved = prove(&commutator(rate, 1.1 * rate, 64, 0.1 / rate));
         assert!(proved.is_ok(), "{rate}: {proved:?}");
         assert!(prove(&commutator(rate, 0.99 * rate, 64, 0.1 / rate)).is_err());
-        // The same matrices do not show it for a higher rate.
+        // The same matrices do not prove it for a higher rate.
         let mut faster = commutator(rate, 1.1 * rate, 64, 0.1 / rate);
         claim(&mut faster, "rate")["rate"] = json!(1.2 * rate);
         assert!(prove(&faster).is_err());
     }
 }
 
-/// The transposed loop of a claim, with its own Lyapunov matrix as the inverse of another: the same gain.
+/// Proves the same gain for the transposed loop of a claim, with the Lyapunov matrix as the inverse of another.
 #[test]
-fn the_inverse_of_a_lyapunov_matrix_is_of_the_transposed_loop() {
+fn inverse_lyapunov_matrix_belongs_to_transposed_loop() {
     let transposed = |m: &Value| {
         let rows: Vec<Vec<f64>> = serde_json::from_value(m.clone()).unwrap();
         json!((0..rows[0].len()).map(|j| rows.iter().map(|row| row[j]).collect()).collect::<Vec<Vec<f64>>>())
@@ -131,7 +132,7 @@ fn the_inverse_of_a_lyapunov_matrix_is_of_the_transposed_loop() {
 }
 
 #[test]
-fn what_does_not_fit_is_named() {
+fn names_fields_that_do_not_fit() {
     let changed = |pointer: &str, value: Value| {
         let mut c = one_interval(0.75, 0.5);
         *c.pointer_mut(pointer).unwrap() = value;
@@ -169,7 +170,7 @@ fn what_does_not_fit_is_named() {
     with_error["lambda"] = json!(1.0);
     add(&mut alone, "rate", with_error.clone());
     assert!(prove(&alone).unwrap_err().starts_with("claims[2].rate: needs one model error in `errors`"));
-    // The claims with and without model error are about one rate.
+    // The claims with and without model error must have the same rate.
     let mut other = one_interval(0.75, 0.5);
     add_model_error(
         &mut other,
@@ -191,11 +192,11 @@ fn what_does_not_fit_is_named() {
     assert!(prove(&two).unwrap_err().contains("claims[1].rate: is of 1 parameter"));
 }
 
-/// The certificate of a controller that was made for a bounded rate.
+/// Certificate of a controller designed for a bounded rate.
 const GOLDEN: &str = "remus100_bounded_rate";
 
-/// The largest eigenvalue, scaled to a unit diagonal, of the inequality of the frozen loops in floating point, at 65
-/// values of theta and both signs of the rate; neither the multipliers nor the intervals are used.
+/// Returns the largest eigenvalue, scaled to a unit diagonal, of the inequality of the frozen loops in floating point,
+/// at 65 values of theta and both signs of the rate; neither the multipliers nor the intervals are used.
 fn largest_eigenvalue(c: &Certificate) -> f64 {
     let bounded = c.rate().unwrap();
     let Rate { gamma, inverse, x, .. } = bounded;
@@ -238,11 +239,11 @@ fn scaled(m: &DMatrix<f64>) -> f64 {
     (&scale * m * &scale).symmetric_eigenvalues().max()
 }
 
-/// How far the eigenvalues in floating point may be on the wrong side of zero by rounding.
+/// Largest wrong-signed eigenvalue in floating point that rounding explains.
 const ROUNDING: f64 = 1e-9;
 
 #[test]
-fn the_golden_certificate_is_proved_and_holds_in_floating_point() {
+fn golden_certificate_is_proved_and_holds_in_floating_point() {
     let golden = Certificate::from_json(&golden_text(GOLDEN)).unwrap();
     let theorem = golden.prove().unwrap();
     let slow = theorem.bounded_rate.unwrap();
@@ -252,30 +253,30 @@ fn the_golden_certificate_is_proved_and_holds_in_floating_point() {
 }
 
 #[test]
-fn the_golden_certificate_of_the_rate_alone_holds_in_floating_point() {
+fn golden_certificate_of_rate_alone_holds_in_floating_point() {
     assert!(largest_eigenvalue(&Certificate::from_json(&golden_text(ALONE)).unwrap()) < 0.0);
 }
 
 #[test]
 #[ignore = "night: alters every number of a certificate"]
-fn tampering_is_refused_or_harmless() {
+fn tampering_is_rejected_or_harmless() {
     survives(GOLDEN, "controller", 60);
     survives(ALONE, "plant", 600);
 }
 
-/// One number of the section, or of another part, is changed: whatever still proves must hold in floating point.
+/// Changes one number of the section, or of another part: claims that are still proved must hold in floating point.
 fn survives(name: &str, part: &str, cases: u32) {
     let file: Value = serde_json::from_str(&golden_text(name)).unwrap();
-    let mut places = vec![];
+    let mut pointers = vec![];
     let at = file["claims"].as_array().unwrap().iter().position(|claim| claim.get("rate").is_some()).unwrap();
     for key in ["rate", "gamma", "X", "N", "breakpoints"] {
-        leaves(&file["claims"][at]["rate"][key], &format!("/claims/{at}/rate/{key}"), &mut places);
+        leaves(&file["claims"][at]["rate"][key], &format!("/claims/{at}/rate/{key}"), &mut pointers);
     }
-    leaves(&file[part], &format!("/{part}"), &mut places);
+    leaves(&file[part], &format!("/{part}"), &mut pointers);
     let change = prop_oneof![Just(-1.0), Just(0.0), Just(10.0), Just(0.1), Just(1.01), Just(1.0 + 1e-9)];
     let (accepted, refused) = (Cell::new(0), Cell::new(0));
     let mut runner = TestRunner::new(Config { cases, failure_persistence: None, ..Config::default() });
-    let outcome = runner.run(&(prop::sample::select(places), change), |(pointer, factor)| {
+    let outcome = runner.run(&(prop::sample::select(pointers), change), |(pointer, factor)| {
         let mut lie = file.clone();
         let old = lie.pointer(&pointer).unwrap().as_f64().unwrap();
         prop_assume!(old != 0.0);

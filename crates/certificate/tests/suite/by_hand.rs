@@ -1,10 +1,10 @@
-//! Certificates whose numbers can be checked by hand, at and beside their limits.
+//! Certificates whose numbers can be checked by hand, at and next to their limits.
 
 use crate::common::{add_model_error, claim, integrator, prove, scheduled};
 use serde_json::json;
 
 #[test]
-fn the_bound_is_strict_to_the_last_bit() {
+fn bound_is_strict_to_last_bit() {
     assert!(prove(&integrator(1.0_f64.next_up())).is_ok());
     let refusal = prove(&integrator(1.0)).unwrap_err();
     assert!(refusal.contains("row 0 of block x") && refusal.contains("exactly 0"), "{refusal}");
@@ -14,7 +14,7 @@ fn the_bound_is_strict_to_the_last_bit() {
 
 #[test]
 fn one_parameter_in_plant_and_controller() {
-    // 2/3 lies between two f64; the larger proves, the smaller does not.
+    // 2/3 lies between two f64; the larger is proved, the smaller is not.
     let above = if 3.0 * (2.0_f64 / 3.0) > 2.0 { 2.0 / 3.0 } else { (2.0_f64 / 3.0).next_up() };
     assert_eq!(
         prove(&scheduled(0.75)).unwrap(),
@@ -26,7 +26,8 @@ fn one_parameter_in_plant_and_controller() {
     assert!(prove(&scheduled((2.0_f64 / 3.0).next_down())).is_err());
 }
 
-/// The integrator with `y = x + d u`: `u = k y` is `u = -x` for `k = -1/(1 - d)`, and det(I - Duy D22) is `1/(1 - d)`.
+/// Returns the integrator with `y = x + d u`: `u = k y` is `u = -x` for `k = -1/(1 - d)`, and det(I - Duy D22) is
+/// `1/(1 - d)`.
 fn with_direct_path(d: f64, k: f64, gamma: f64) -> serde_json::Value {
     let mut c = integrator(gamma);
     c["plant"]["D22"] = json!([[d]]);
@@ -35,14 +36,14 @@ fn with_direct_path(d: f64, k: f64, gamma: f64) -> serde_json::Value {
 }
 
 #[test]
-fn a_direct_path_is_closed_without_rounding() {
+fn direct_path_is_closed_without_rounding() {
     for (d, k) in [(0.5, -2.0), (-1.0, -0.5), (3.0, 0.5), (0.0, -1.0)] {
         assert!(prove(&with_direct_path(d, k, 1.0_f64.next_up())).is_ok(), "{d}");
         let refusal = prove(&with_direct_path(d, k, 1.0)).unwrap_err();
         assert!(refusal.contains("row 0 of block x") && refusal.contains("exactly 0"), "{refusal}");
         let refusal = prove(&with_direct_path(d, k, 1.0_f64.next_down())).unwrap_err();
         assert!(refusal.contains("block x") && refusal.contains("about +2.220e-16"), "{d}: {refusal}");
-        // The model error sees u, too: as in the_residual_of_the_control_matrix_acts_through_the_controller.
+        // The model error depends on u, too: see residual_of_control_matrix_acts_through_controller.
         let with = |gamma: f64| {
             let mut c = with_direct_path(d, k, 1.25);
             add_model_error(
@@ -54,25 +55,25 @@ fn a_direct_path_is_closed_without_rounding() {
         };
         assert!(with(1.34).is_ok() && with(1.33).is_err());
     }
-    // u = -y with the direct path is u = -x/4: another loop.
+    // With the direct path, u = -y is u = -x/4: another loop.
     assert!(prove(&with_direct_path(3.0, -1.0, 1.25)).is_err());
 }
 
 #[test]
-fn a_direct_path_that_leaves_u_open_is_refused() {
+fn rejects_direct_path_that_leaves_u_undetermined() {
     for (d, k) in [(0.5, 2.0), (-1.0, -1.0)] {
         let refusal = prove(&with_direct_path(d, k, 1e6)).unwrap_err();
         assert!(
             refusal.contains("not well posed") && refusal.contains("I - Duy D22 is singular"),
             "{refusal}"
         );
-        // A hair beside it u = -x/2^-53, or so.
+        // Next to this value u is about -x/2^-53.
         assert!(prove(&with_direct_path(d.next_up(), k, 1e6)).is_ok());
     }
 }
 
 #[test]
-fn the_residual_is_proved_too() {
+fn proves_model_error_too() {
     // x' = -x + Delta x/4 + w: the gain is 1/(1 - 1/4) = 4/3. The inequality with X = 1 and E = 1/4, F = 1 is
     // -2 + lambda + 1/(16 lambda) + 2/gamma < 0; lambda = 1/4 is the best, gamma > 4/3.
     let with = |gamma: f64, lambda: f64| {
@@ -96,7 +97,7 @@ fn the_residual_is_proved_too() {
 }
 
 #[test]
-fn the_residual_of_the_control_matrix_acts_through_the_controller() {
+fn residual_of_control_matrix_acts_through_controller() {
     // Fu = 1, F = 0: z_Delta = u = -x, the same loop as with F = 1 up to the sign of Delta. With F = Fu = 1 nothing
     // enters Delta: -2 + 1/(16 lambda) + 2/gamma < 0, gamma > 8/7. With Fu = 1/2 it is -2 + 1/16 + 1/4 + 2/gamma < 0.
     let with = |f: f64, fu: f64, gamma: f64| {
@@ -115,7 +116,7 @@ fn the_residual_of_the_control_matrix_acts_through_the_controller() {
 }
 
 #[test]
-fn the_residual_of_the_input_matrix_acts_on_w() {
+fn residual_of_input_matrix_acts_on_w() {
     // x' = -x + (1 + Delta/4) w: the gain is 5/4. With X = 1 and lambda = 1/4 the form is negative where
     // (gamma - 1/4) (2 - 1/gamma - 1/4) > 1, above gamma = 1.282; without Fw nothing enters Delta.
     let with = |fw: serde_json::Value, gamma: f64| {
@@ -135,7 +136,7 @@ fn the_residual_of_the_input_matrix_acts_on_w() {
 }
 
 #[test]
-fn each_condition_is_named_when_it_fails() {
+fn names_each_violated_condition() {
     let changed = |pointer: &str, value: serde_json::Value| {
         let mut c = scheduled(0.75);
         *c.pointer_mut(pointer).unwrap() = value;
@@ -159,7 +160,7 @@ fn each_condition_is_named_when_it_fails() {
 }
 
 #[test]
-fn a_coupling_of_plants_and_controllers_copy_of_a_parameter_is_allowed() {
+fn accepts_coupling_of_plant_and_controller_channels() {
     let mut c = scheduled(0.75);
     claim(&mut c, "gain")["S"] = json!([[1.0, 0.03], [0.03, 0.5]]);
     claim(&mut c, "gain")["T"] = json!([[0.0, 0.01], [-0.01, 0.0]]);
@@ -167,7 +168,7 @@ fn a_coupling_of_plants_and_controllers_copy_of_a_parameter_is_allowed() {
 }
 
 #[test]
-fn a_parameter_loop_that_is_not_well_posed_is_refused() {
+fn rejects_ill_posed_parameter_loop() {
     // zt = x + wt: at theta = 1 it has no solution, whatever S is.
     for s in [1e-6, 1.0, 1e6] {
         let mut c = scheduled(1e3);
@@ -178,7 +179,7 @@ fn a_parameter_loop_that_is_not_well_posed_is_refused() {
 }
 
 #[test]
-fn numbers_far_apart_are_not_rounded_away() {
+fn keeps_tiny_terms() {
     // gamma = 1 + 2^-52 leaves a margin of 2^-51; a disturbance of X by 1e-300 does not matter, one of A by 1e-300
     // does when gamma = 1.
     let mut c = integrator(1.0);

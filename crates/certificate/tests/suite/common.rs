@@ -1,24 +1,24 @@
-//! Certificates for the tests: the golden ones, and one small enough to check by hand.
+//! Certificates for the tests: the golden ones, and small ones to check by hand.
 
 use serde_json::{Value, json};
 use squid_certificate::{Certificate, Claim, Gain};
 
-/// The golden certificates of `tests/certificates`.
+/// Names of the golden certificates in `tests/certificates`.
 pub const GOLDEN: [&str; 5] = ["hs04", "lpv01", "lpv03", "remus100", "squid_surrogate"];
 
-/// The text of a golden certificate.
+/// Returns the text of a golden certificate.
 pub fn golden_text(name: &str) -> String {
     let path = format!("{}/../../tests/certificates/{name}.json", env!("CARGO_MANIFEST_DIR"));
     std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"))
 }
 
-/// A golden certificate.
+/// Returns a golden certificate.
 pub fn golden(name: &str) -> Certificate {
     Certificate::from_json(&golden_text(name)).unwrap()
 }
 
-/// `x' = u + w`, `z = y = x`, `u = -y`: the gain is 1. With X = 1 the inequality
-/// `[-2 1 1; 1 -gamma 0; 1 0 -gamma] < 0` asks for `2 gamma > 2`.
+/// Returns the certificate of `x' = u + w`, `z = y = x`, `u = -y`: the gain is 1. With X = 1 the inequality
+/// `[-2 1 1; 1 -gamma 0; 1 0 -gamma] < 0` requires `2 gamma > 2`.
 pub fn integrator(gamma: f64) -> Value {
     json!({
         "format": "lpv-certificate/1", "blocks": [], "controller_blocks": [],
@@ -33,8 +33,8 @@ pub fn integrator(gamma: f64) -> Value {
     })
 }
 
-/// `x' = -2 x + theta x + u + w`, `z = y = x`, `u = -y + theta y/2`, hence `x' = (-3 + 1.5 theta) x + w`: the gain is
-/// largest at theta = 1 frozen, 1/1.5.
+/// Returns the certificate of `x' = -2 x + theta x + u + w`, `z = y = x`, `u = -y + theta y/2`, hence
+/// `x' = (-3 + 1.5 theta) x + w`: the gain is largest at frozen theta = 1, 1/1.5.
 ///
 /// The channels are `zt = x` and `zk = y = x`. With X = 1, S = blkdiag(s, sk), T = 0 the inequality, after its Schur
 /// complements, is `[-6 + s + sk + 1/gamma, 1, 1/2, 1; 1, -s, 0, 0; 1/2, 0, -sk, 0; 1, 0, 0, -gamma] < 0`, that is
@@ -57,7 +57,7 @@ pub fn scheduled(gamma: f64) -> Value {
     })
 }
 
-/// The last claim of a kind.
+/// Returns the last claim of a kind.
 pub fn claim<'a>(c: &'a mut Value, kind: &str) -> &'a mut Value {
     let claims = c["claims"].as_array_mut().unwrap();
     claims.iter_mut().rev().find_map(|claim| claim.get_mut(kind)).unwrap()
@@ -73,23 +73,24 @@ pub fn remove(c: &mut Value, kind: &str) {
     c["claims"].as_array_mut().unwrap().retain(|claim| claim.get(kind).is_none());
 }
 
-/// Adds a model error `E`, `F`, `Fw`, `Fu`, and the claim `gain` with it, which has the other keys.
-pub fn add_model_error(c: &mut Value, mut of: Value) {
-    let keys = of.as_object_mut().unwrap();
+/// Adds a model error with the keys `E`, `F`, `Fw`, `Fu` of `values`, and the claim `gain` that covers it, with the
+/// other keys.
+pub fn add_model_error(c: &mut Value, mut values: Value) {
+    let keys = values.as_object_mut().unwrap();
     let error =
         ["E", "F", "Fw", "Fu"].into_iter().filter_map(|key| Some((key.to_owned(), keys.remove(key)?)));
     c["errors"] = json!([error.collect::<serde_json::Map<_, _>>()]);
-    add(c, "gain", of);
+    add(c, "gain", values);
 }
 
-/// The claim about the gain without model error, to be changed.
+/// Returns the claim about the gain without model error, mutable.
 pub fn gain(c: &mut Certificate) -> &mut Gain {
     let mut gains =
         c.claims.iter_mut().filter_map(|claim| if let Claim::Gain(gain) = claim { Some(gain) } else { None });
     gains.find(|gain| gain.lambda.is_none()).unwrap()
 }
 
-/// What `prove` says of a JSON value.
+/// Proves a JSON value; returns the text of the theorem or of the error.
 pub fn prove(value: &Value) -> Result<String, String> {
     let certificate = Certificate::from_json(&value.to_string()).map_err(|e| e.to_string())?;
     certificate.prove().map(|t| t.to_string()).map_err(|e| e.to_string())

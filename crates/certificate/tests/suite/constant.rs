@@ -1,16 +1,17 @@
-//! Certificates for a constant parameter: one that is checked by hand, and every lie that one number of it can tell.
+//! Certificates for a constant parameter: one checked by hand, and the effect of changes of single numbers.
 
 use crate::common::{integrator, prove};
 use serde_json::{Value, json};
 use squid_certificate::{Certificate, Claim};
 
-/// `x' = delta x/2 + u + w`, `z = y = x`, `u = -y`, hence `x' = (-1 + delta/2) x + w`: the gain is 2, at delta = 1.
+/// Returns the certificate of `x' = delta x/2 + u + w`, `z = y = x`, `u = -y`, hence `x' = (-1 + delta/2) x + w`: the
+/// gain is 2, at delta = 1.
 ///
-/// The channel is `zt = x`, `wt = delta zt`, its filter `1/(s + 1)` with the states f and g of zt and wt. With `X =
-/// diag(1, p, p)` and `S = diag(1/2, e)` the inequality is, after the Schur complements of w and z and without the
-/// filters, `-2 + 1/2 + (1/4)/(1/2) + 2/gamma < 0`, that is `gamma > 2`. For `p = 1/20` and `e = 1/50` f adds
-/// `p^2/(2p - e) = 1/32`, and g takes `p^2/(2p + e) = 1/48` off the 1/2 below 1/4, so that `gamma > 2/(2 - 1/2 -
-/// 12/23 - 1/32) = 2.112` is asked for.
+/// The channel is `zt = x`, `wt = delta zt`, with the filter `1/(s + 1)` and its states f and g for zt and wt. With
+/// `X = diag(1, p, p)` and `S = diag(1/2, e)` the inequality is, after the Schur complements of w and z and without the
+/// filters, `-2 + 1/2 + (1/4)/(1/2) + 2/gamma < 0`, that is `gamma > 2`. For `p = 1/20` and `e = 1/50`, f adds
+/// `p^2/(2p - e) = 1/32`, and g subtracts `p^2/(2p + e) = 1/48` from the denominator 1/2 of 1/4, so that
+/// `gamma > 2/(2 - 1/2 - 12/23 - 1/32) = 2.112` is required.
 fn first_order(gamma: f64) -> Value {
     json!({
         "format": "lpv-certificate/1", "blocks": [1], "controller_blocks": [],
@@ -34,7 +35,8 @@ fn first_order(gamma: f64) -> Value {
     })
 }
 
-/// The same with `[A B2]` off by `Delta [1/10 0]`: the gain is 1/(1 - 1/2 - 1/10) = 2.5.
+/// Returns the same certificate with the model error `Delta [1/10 0]` of `[A B2]`: the gain is 1/(1 - 1/2 - 1/10) =
+/// 2.5.
 fn with_error(gamma: f64) -> Value {
     let mut file = first_order(gamma);
     file["errors"] = json!([{"E": [[1.0]], "F": [[0.1]], "Fu": [[0.0]]}]);
@@ -47,10 +49,10 @@ fn claim(file: &mut Value) -> &mut Value {
 }
 
 #[test]
-fn a_certificate_is_proved_as_by_hand() {
-    let words = prove(&first_order(2.113)).unwrap();
+fn proves_certificate_checked_by_hand() {
+    let message = prove(&first_order(2.113)).unwrap();
     assert_eq!(
-        words,
+        message,
         "For every measurable trajectory of 0 parameters in [-1, 1], and every constant value of 1 more in [-1, 1], \
          the closed loop of 1 state, whose controller depends on 0 parameters, is exponentially stable and its L2 gain \
          from w to z is below 2.113."
@@ -67,8 +69,9 @@ fn a_certificate_is_proved_as_by_hand() {
     assert_eq!(Certificate::from_json(&read.to_json().unwrap()).unwrap(), read);
 }
 
-/// The same delta, which may change: with `S = diag(1/2, e, q)` on the channel, the filtered one and that of the rate,
-/// `q rate^2` is added to the terms of f, and g meets v, which is worth at most `q`: `[-2ap - e, p; p, -q]`.
+/// Returns the certificate with a delta that may vary: with `S = diag(1/2, e, q)` on the channel, the filtered one and
+/// that of the rate, `q rate^2` is added to the terms of f, and g is coupled with v, weighted by `q`:
+/// `[-2ap - e, p; p, -q]`.
 fn slow(gamma: f64, rate: f64) -> Value {
     let mut file = first_order(gamma);
     claim(&mut file)["filters"][0]["rate"] = rate.into();
@@ -78,11 +81,11 @@ fn slow(gamma: f64, rate: f64) -> Value {
 }
 
 #[test]
-fn a_bounded_rate_is_proved_and_no_faster_one() {
-    let words = prove(&slow(2.5, 0.5)).unwrap();
+fn proves_bounded_rate_and_no_faster_one() {
+    let message = prove(&slow(2.5, 0.5)).unwrap();
     assert!(
-        words.contains("every trajectory in [-1, 1] of one more that changes by at most 0.5 a second"),
-        "{words}"
+        message.contains("every trajectory in [-1, 1] of one more that changes by at most 0.5 a second"),
+        "{message}"
     );
     assert!(prove(&slow(2.5, 2.0)).unwrap_err().contains("not shown to be negative definite"));
     let refused = |file: Value| prove(&file).unwrap_err();
@@ -99,7 +102,8 @@ fn a_bounded_rate_is_proved_and_no_faster_one() {
     assert_eq!(Certificate::from_json(&read.to_json().unwrap()).unwrap(), read);
 }
 
-/// The same with a second filter, of another pole, whose states have a small part of X and its channels one of S.
+/// Returns the same certificate with a second filter with another pole, whose states and channels have small entries in
+/// X and S.
 fn two_filters(gamma: f64, rates: [f64; 2]) -> Value {
     let mut file = first_order(gamma);
     claim(&mut file)["filters"] = [1.0, 4.0]
@@ -119,12 +123,12 @@ fn two_filters(gamma: f64, rates: [f64; 2]) -> Value {
 }
 
 #[test]
-fn a_parameter_may_have_two_filters_of_one_rate() {
-    let words = prove(&two_filters(2.2, [0.0, 0.0])).unwrap();
-    assert!(words.contains("every constant value of 1 more"), "{words}");
+fn accepts_two_filters_with_one_rate() {
+    let message = prove(&two_filters(2.2, [0.0, 0.0])).unwrap();
+    assert!(message.contains("every constant value of 1 more"), "{message}");
     assert!(prove(&two_filters(2.0, [0.0, 0.0])).is_err(), "the gain is 2");
-    let words = prove(&two_filters(2.5, [0.5, 0.5])).unwrap();
-    assert!(words.contains("of one more that changes by at most 0.5 a second"), "{words}");
+    let message = prove(&two_filters(2.5, [0.5, 0.5])).unwrap();
+    assert!(message.contains("of one more that changes by at most 0.5 a second"), "{message}");
     for rates in [[0.5, 0.25], [0.0, 0.5]] {
         let refused = prove(&two_filters(2.5, rates)).unwrap_err();
         assert!(
@@ -136,9 +140,9 @@ fn a_parameter_may_have_two_filters_of_one_rate() {
     assert_eq!(Certificate::from_json(&read.to_json().unwrap()).unwrap(), read);
 }
 
-/// That of Squid's default design, as large as they are.
+/// Proves the certificate of Squid's default design, of full size.
 #[test]
-fn the_golden_certificate_is_proved() {
+fn proves_golden_certificate() {
     let path = format!("{}/../../tests/certificates/constant_squid.json", env!("CARGO_MANIFEST_DIR"));
     let mut golden = Certificate::from_json(&std::fs::read_to_string(path).unwrap()).unwrap();
     let theorem = golden.prove().unwrap().constant.unwrap();
@@ -148,11 +152,12 @@ fn the_golden_certificate_is_proved() {
     assert!(golden.prove().is_err());
 }
 
-/// Whether the gain is below gamma at many constant values of delta and of a constant error, and the loop is stable.
+/// Returns `true` if the loop is stable and the gain is below gamma at many constant values of delta and of a constant
+/// error.
 fn is_true(file: &Value) -> bool {
     let n = |at: &str| file.pointer(at).and_then(Value::as_f64).unwrap();
     let (p, k) = (|name: &str| n(&format!("/plant/{name}/0/0")), n("/controller/Duy/0/0"));
-    // u = k y;  rows x', zt, z of columns x, wt, w.
+    // With u = k y: rows x', zt, z, columns x, wt, w.
     let closed = |row: [&str; 3], b: &str| {
         let y = [p("C2"), p("D2t"), p("D21")];
         [0, 1, 2].map(|j| p(row[j]) + p(b) * k * y[j])
@@ -164,7 +169,7 @@ fn is_true(file: &Value) -> bool {
     );
     let error = file["errors"].as_array().into_iter().flatten().map(|ball| {
         let at = |key: &str| ball[key][0][0].as_f64().unwrap();
-        // E (F x + Fu u) with u in terms of x, wt, w.
+        // This is E (F x + Fu u) with u in terms of x, wt, w.
         let y = [p("C2"), p("D2t"), p("D21")];
         [0, 1, 2].map(|j| at("E") * (if j == 0 { at("F") } else { 0.0 } + at("Fu") * k * y[j]))
     });
@@ -181,9 +186,9 @@ fn is_true(file: &Value) -> bool {
     })
 }
 
-/// One number changed: whatever still proves is true.
+/// Changes one number at a time: claims that are still proved are true.
 #[test]
-fn one_number_changed_proves_no_lie() {
+fn changed_numbers_prove_no_false_claim() {
     let (mut proved, mut refused, mut lies) = (0, 0, 0);
     for file in [first_order(2.2), with_error(2.9), slow(2.5, 0.5)] {
         assert!(prove(&file).is_ok() && is_true(&file));
@@ -221,15 +226,15 @@ fn numbers(value: &Value, at: &str) -> Vec<String> {
 }
 
 #[test]
-fn each_condition_is_named() {
+fn names_each_condition() {
     let refusal = |change: &dyn Fn(&mut Value)| {
         let mut file = with_error(2.9);
         change(&mut file);
         prove(&file).unwrap_err()
     };
-    let names = |words: &str, change: &dyn Fn(&mut Value)| {
+    let names = |message: &str, change: &dyn Fn(&mut Value)| {
         let found = refusal(change);
-        assert!(found.contains(words), "{found}");
+        assert!(found.contains(message), "{found}");
     };
     names("L is not shown to be positive definite", &|f| claim(f)["L"][0][0] = json!(-1.0));
     names("A'L + LA is not shown to be negative", &|f| f["plant"]["A"][0][0] = json!(1.0));

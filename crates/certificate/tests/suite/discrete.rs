@@ -1,4 +1,5 @@
-//! Loops in discrete time: at and beside limits by hand, against the norm on the unit circle, and what is refused.
+//! Loops in discrete time: hand calculation at and next to the limits, comparison with the norm on the unit circle, and
+//! rejected files.
 
 use crate::common::{add_model_error, claim, integrator, prove, scheduled};
 use nalgebra::{Complex, dmatrix};
@@ -6,7 +7,7 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 use squid_certificate::Certificate;
 
-/// `x+ = k x + w`, `z = x`, which `u = k y` makes of `x+ = u + w`: the gain is `1/(1 - |k|)`.
+/// Returns the certificate of `x+ = u + w`, `z = x` with `u = k y`, that is `x+ = k x + w`: the gain is `1/(1 - |k|)`.
 fn lagged(k: f64, x: f64, gamma: f64) -> Value {
     let mut c = integrator(gamma);
     c["discrete"] = json!(true);
@@ -15,11 +16,11 @@ fn lagged(k: f64, x: f64, gamma: f64) -> Value {
     c
 }
 
-/// With `k = 1/2` and X = 1 the inequality, after its Schur complements, asks for `3/4 gamma + 1/gamma > 2`, that is
+/// Checks `k = 1/2` and X = 1: after Schur complements the inequality requires `3/4 gamma + 1/gamma > 2`, that is
 /// `gamma > 2`, the gain itself. In continuous time `x' = x/2 + w` is not stable, and `x' = -2 x + w` has the gain 1/2,
 /// while `x+ = -2 x + w` is not stable.
 #[test]
-fn the_bound_is_strict_to_the_last_bit_and_time_matters() {
+fn bound_is_strict_and_depends_on_kind_of_time() {
     assert_eq!(
         prove(&lagged(0.5, 1.0, 2.0_f64.next_up())).unwrap(),
         "The closed loop of 1 state in discrete time is exponentially stable and its l2 gain from w to z is below \
@@ -40,7 +41,7 @@ fn the_bound_is_strict_to_the_last_bit_and_time_matters() {
     assert!(continuous(0.5, 2.1).is_err() && continuous(-2.0, 0.6).is_ok());
 }
 
-/// `x+ = (k + theta/4) x + w` with `k = 1/4`, theta measured and not: the gain is 2 at theta = 1 frozen.
+/// Checks `x+ = (k + theta/4) x + w` with `k = 1/4`, with theta measured and not: the gain is 2 at frozen theta = 1.
 #[test]
 fn one_parameter() {
     let with = |gamma: f64| {
@@ -60,7 +61,7 @@ fn one_parameter() {
 }
 
 #[test]
-fn other_sections_are_refused_and_the_time_is_kept() {
+fn rejects_other_claims_and_keeps_kind_of_time() {
     let plain = lagged(0.5, 1.0, 2.5);
     let certificate = Certificate::from_json(&plain.to_string()).unwrap();
     assert!(certificate.discrete);
@@ -76,10 +77,10 @@ fn other_sections_are_refused_and_the_time_is_kept() {
 }
 
 proptest! {
-    /// Whatever is proved of a loop of two states holds on the unit circle; X is that of the loop's own inequality at
-    /// half the gain, or any other.
+    /// Checks that proved claims about loops with two states hold on the unit circle; X is that of the loop's own
+    /// inequality at half the gain, or arbitrary.
     #[test]
-    fn what_is_proved_holds_on_the_unit_circle(
+    fn proved_claims_hold_on_unit_circle(
         f in prop::array::uniform4(-0.7..0.7_f64),
         gamma in 1.0..30.0_f64,
         x in (1.0..8.0_f64, -0.5..0.5_f64, 1.0..8.0_f64),

@@ -1,10 +1,10 @@
-//! A Lyapunov matrix given as `X = V'V`.
+//! Lyapunov matrix given as `X = V'V`.
 
 use crate::common::{claim, gain, golden, integrator, prove};
 use serde_json::{Value, json};
 use squid_certificate::{Certificate, Rows};
 
-/// The integrator with V in place of X.
+/// Returns the integrator with V in place of X.
 fn by_factor(gamma: f64, v: &Value) -> Value {
     let mut file = integrator(gamma);
     let gain = claim(&mut file, "gain");
@@ -13,9 +13,10 @@ fn by_factor(gamma: f64, v: &Value) -> Value {
     file
 }
 
-/// With `X = V'V = x` the inequality is `[-2x x 1; x -gamma 0; 1 0 -gamma] < 0`, that is `2 gamma x > x^2 + 1`.
+/// Checks `X = V'V = x`, for which the inequality is `[-2x x 1; x -gamma 0; 1 0 -gamma] < 0`, that is
+/// `2 gamma x > x^2 + 1`.
 #[test]
-fn it_proves_what_its_square_proves() {
+fn factor_proves_same_as_its_square() {
     for (v, gamma, holds) in [(1.0, 1.01, true), (1.0, 1.0, false), (-1.0, 1.01, true), (1.5, 1.348, true)] {
         let found = prove(&by_factor(gamma, &json!([[v]])));
         assert_eq!(found.is_ok(), holds, "{v} {gamma}: {found:?}");
@@ -26,20 +27,20 @@ fn it_proves_what_its_square_proves() {
     assert!(refusal.contains("X is not positive definite"), "{refusal}");
 }
 
-/// 2^-30 beside 1: the square has a digit that no f64 holds, and both are read.
+/// Checks V = 1 + 2^-30, whose square has a digit beyond the f64.
 #[test]
-fn its_square_is_not_rounded() {
+fn square_of_factor_is_not_rounded() {
     let v = 1.0 + 2f64.powi(-30);
     let x = v * v;
-    // gamma exactly at the limit of X = V'V, x^2 + 1 = 2 gamma x, would decide by the last digit; a little above it
-    // proves, the same below it does not.
+    // At the limit of X = V'V, x^2 + 1 = 2 gamma x, the last digit decides; a gamma slightly above is proved, one
+    // slightly below is not.
     let limit = (x * x + 1.0) / (2.0 * x);
     assert!(prove(&by_factor(limit * (1.0 + 1e-15), &json!([[v]]))).is_ok());
     assert!(prove(&by_factor(limit * (1.0 - 1e-15), &json!([[v]]))).is_err());
 }
 
 #[test]
-fn a_file_has_one_of_both_and_of_the_right_size() {
+fn rejects_both_neither_and_wrong_size() {
     let mut both = integrator(1.01);
     claim(&mut both, "gain")["V"] = json!([[1.0]]);
     assert!(prove(&both).unwrap_err().contains("found X beside V"));
@@ -52,7 +53,7 @@ fn a_file_has_one_of_both_and_of_the_right_size() {
     assert!(prove(&none).unwrap_err().contains('X'));
 }
 
-/// Upper triangular V of a golden X, by Cholesky's method in floating point.
+/// Returns the upper triangular V of a golden X, by Cholesky's method in floating point.
 fn factor(x: &Rows) -> Rows {
     let n = x.len();
     let mut v = vec![vec![0.0; n]; n];
@@ -66,7 +67,7 @@ fn factor(x: &Rows) -> Rows {
 }
 
 #[test]
-fn golden_certificates_prove_by_a_factor_and_read_back() {
+fn golden_certificates_prove_with_factor_and_round_trip() {
     for name in ["hs04", "lpv03"] {
         let given = golden(name);
         let mut changed = given.clone();
@@ -75,7 +76,7 @@ fn golden_certificates_prove_by_a_factor_and_read_back() {
         assert_eq!(changed.prove().unwrap().gamma, given.prove().unwrap().gamma);
         let text = changed.to_json().unwrap();
         assert_eq!(Certificate::from_json(&text).unwrap(), changed);
-        // An entry of V that is another is another X.
+        // A changed entry of V changes X.
         let mut tampered = changed.clone();
         gain(&mut tampered).v.as_mut().unwrap()[0][1] += 1e3;
         assert!(tampered.prove().is_err());

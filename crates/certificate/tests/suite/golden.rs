@@ -1,4 +1,4 @@
-//! The golden certificates prove, their claims agree with an independent check, and small lies are refused.
+//! Golden certificates: they are proved, agree with an independent check, and small violations are rejected.
 
 use crate::common::{GOLDEN, gain, golden};
 use crate::independent::{Loop, claims};
@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use squid_certificate::{Certificate, Claim, Failure, Rows};
 
 #[test]
-fn each_proves_and_is_confirmed() {
+fn each_is_proved_and_confirmed() {
     for name in GOLDEN {
         let c = golden(name);
         let start = std::time::Instant::now();
@@ -20,10 +20,10 @@ fn each_proves_and_is_confirmed() {
     }
 }
 
-/// A direct path from u to y, and the controller put around it, `u = K (y - D22 u)`: the loop is the same but for
-/// rounding.
+/// Adds a direct path from u to y and compensates it in the controller, `u = K (y - D22 u)`: the loop is the same
+/// except for rounding.
 #[test]
-fn the_same_loops_with_a_direct_path_prove() {
+fn proves_same_loops_with_direct_path() {
     for name in GOLDEN {
         let mut c = golden(name);
         let k = &mut c.controller;
@@ -55,7 +55,7 @@ fn the_same_loops_with_a_direct_path_prove() {
 }
 
 #[test]
-fn a_smaller_gamma_is_refused() {
+fn rejects_smaller_gamma() {
     for name in GOLDEN {
         let mut c = golden(name);
         gain(&mut c).gamma *= 0.5;
@@ -68,9 +68,9 @@ fn a_smaller_gamma_is_refused() {
     }
 }
 
-/// Every entry off the diagonal of X and S, and every entry of T, moved to the next f64.
+/// Moves every entry off the diagonal of X and S, and every entry of T, to the next f64.
 #[test]
-fn one_ulp_off_the_structure_is_always_refused() {
+fn rejects_structure_off_by_one_ulp() {
     for name in GOLDEN {
         let c = golden(name);
         let mut tried = 0;

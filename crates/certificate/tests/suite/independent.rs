@@ -1,13 +1,13 @@
-//! The claims of a certificate checked by another route, in floating point: the loop frozen at many Theta and Delta,
-//! closed after the parameters and not before; and the printed inequality, block by block, by eigenvalues.
+//! Independent check of the claims of a certificate in floating point: the loop frozen at many Theta and Delta, closed
+//! after the parameters and not before; and the eigenvalues of the documented inequality, block by block.
 
 use nalgebra::{Complex, DMatrix, Schur};
 use squid_certificate::{Certificate, Gain, Rows};
 
 type Mat = DMatrix<f64>;
 
-/// One claim: X, S, T, gamma, and the model error if there is one.
-pub struct Claimed<'a> {
+/// Claim to be checked: X, S, T, gamma, and the model error if there is one.
+pub struct ClaimData<'a> {
     pub gamma: f64,
     pub x: &'a Rows,
     pub s: &'a Rows,
@@ -15,19 +15,19 @@ pub struct Claimed<'a> {
     pub delta: Option<(f64, [&'a Rows; 4])>,
 }
 
-pub fn claims(c: &Certificate) -> Vec<Claimed<'_>> {
-    let claimed = |gain: &'_ Gain| {
+pub fn claims(c: &Certificate) -> Vec<ClaimData<'_>> {
+    let data = |gain: &'_ Gain| {
         gain.lambda.map(|lambda| (lambda, [&c.errors[0].e, &c.errors[0].f, &c.errors[0].fw, &c.errors[0].fu]))
     };
     [c.gain(), c.robust_gain()]
         .into_iter()
         .flatten()
-        .map(|gain| Claimed {
+        .map(|gain| ClaimData {
             gamma: gain.gamma,
             x: gain.x.as_ref().unwrap(),
             s: &gain.s,
             t: &gain.t,
-            delta: claimed(gain),
+            delta: data(gain),
         })
         .collect()
 }
@@ -36,7 +36,7 @@ fn mat(rows: &Rows, cols: usize) -> Mat {
     Mat::from_fn(rows.len(), cols, |i, j| rows[i][j])
 }
 
-/// A matrix that a file may leave out.
+/// Returns a matrix that a file may omit.
 fn mat_or_zero(rows: &Rows, count: usize, cols: usize) -> Mat {
     if rows.is_empty() { Mat::zeros(count, cols) } else { mat(rows, cols) }
 }
@@ -57,7 +57,7 @@ fn blocks(rows: &[&[Mat]]) -> Mat {
     all
 }
 
-/// Plant and controller as matrices `[A Bt B1 B2; Ct Dtt Dt1 Dt2; C1 D1t D11 D12; C2 D2t D21 D22]` and
+/// Matrices of plant and controller `[A Bt B1 B2; Ct Dtt Dt1 Dt2; C1 D1t D11 D12; C2 D2t D21 D22]` and
 /// `[A Bt By; Ct Dtt Dty; Cu Dut Duy]`, with their sizes.
 pub struct Loop {
     plant: Mat,
@@ -92,8 +92,8 @@ impl Loop {
         }
     }
 
-    /// `[A B; C D]` of the loop frozen at Theta, with `error` added to the plant's rows x: first the parameters are
-    /// closed in plant and controller, then the controller is put around the plant.
+    /// Returns `[A B; C D]` of the loop frozen at Theta, with `error` added to the plant's rows x: the parameter loops
+    /// of plant and controller are closed first, then the loop of both.
     pub fn frozen(&self, theta: &[f64], error: Option<&Mat>) -> Option<(usize, Mat)> {
         let [n, r, w, u, z, y, nk, rk] = self.n;
         let mut plant = self.plant.clone();
@@ -125,19 +125,19 @@ impl Loop {
         ))
     }
 
-    /// What contradicts the claim among frozen loops, if anything.
-    pub fn contradiction(&self, claimed: &Claimed<'_>) -> Option<String> {
+    /// Returns a frozen loop that contradicts the claim, if any.
+    pub fn contradiction(&self, data: &ClaimData<'_>) -> Option<String> {
         let count = self.parameters.iter().flatten().max().map_or(0, |m| m + 1);
         let steps: usize = if count > 1 { 5 } else { 9 };
         for index in 0..steps.pow(count as u32) {
             let at =
                 |p: usize| -1.0 + 2.0 * ((index / steps.pow(p as u32)) % steps) as f64 / (steps - 1) as f64;
             let theta: Vec<f64> = (0..count).map(at).collect();
-            for error in self.errors(claimed) {
+            for error in self.errors(data) {
                 let Some((n, m)) = self.frozen(&theta, error.as_ref()) else {
                     return Some(format!("not well posed at {theta:?}"));
                 };
-                if let Some(wrong) = frozen_contradiction(&m, n, claimed.gamma) {
+                if let Some(wrong) = frozen_contradiction(&m, n, data.gamma) {
                     return Some(format!("{wrong} at {theta:?}"));
                 }
             }
@@ -145,9 +145,9 @@ impl Loop {
         None
     }
 
-    /// `E Delta [F Fw Fu]` for some Delta of norm 1, all of rank one or zero.
-    fn errors(&self, claimed: &Claimed<'_>) -> Vec<Option<Mat>> {
-        let Some((_, [e, f, fw, fu])) = claimed.delta else { return vec![None] };
+    /// Returns `E Delta [F Fw Fu]` for some Delta of norm 1 and rank one, and none.
+    fn errors(&self, data: &ClaimData<'_>) -> Vec<Option<Mat>> {
+        let Some((_, [e, f, fw, fu])) = data.delta else { return vec![None] };
         let [n, _, w, u, ..] = self.n;
         let e = mat(e, e.first().map_or(0, Vec::len));
         let f = blocks(&[&[mat(f, n), mat_or_zero(fw, f.len(), w), mat(fu, u)]]);
@@ -156,10 +156,11 @@ impl Loop {
         std::iter::once(None).chain(pairs.flat_map(one)).collect()
     }
 
-    /// Rows x', zt, z and u of the closed loop, each in columns x, wt, w.
+    /// Returns the rows x', zt, z and u of the closed loop, each with the columns x, wt, w.
     fn closed(&self) -> [[Mat; 3]; 4] {
         let [n, r, w, u, z, y, nk, rk] = self.n;
-        // Rows x', zt, z, y and columns x, wt, w, u of the plant beside the controller's: u = K y at last.
+        // The plant has rows x', zt, z, y and columns x, wt, w, u, next to those of the controller; u = K y is
+        // substituted last.
         let p = &self.plant;
         let part = |m: &Mat, i, j, a, b| m.view((i, j), (a, b)).into_owned();
         let k = &self.controller;
@@ -199,14 +200,14 @@ impl Loop {
         [0, 1, 2, 3].map(|kind| [0, 1, 2].map(|col| closed(kind, col)))
     }
 
-    /// The largest eigenvalue of the printed inequality, scaled to a unit diagonal; infinite where a diagonal entry
-    /// has the wrong sign.
-    pub fn inequality(&self, claimed: &Claimed<'_>) -> f64 {
+    /// Returns the largest eigenvalue of the documented inequality, scaled to a unit diagonal; infinity if a diagonal
+    /// entry has the wrong sign.
+    pub fn inequality(&self, data: &ClaimData<'_>) -> f64 {
         let [n, r, w, u, z, _, nk, rk] = self.n;
         let zero = Mat::zeros;
-        let (x, s, t) = (mat(claimed.x, n + nk), mat(claimed.s, r + rk), mat(claimed.t, r + rk));
+        let (x, s, t) = (mat(data.x, n + nk), mat(data.s, r + rk), mat(data.t, r + rk));
         let [[a, bt, b1], [ct, dtt, dt1], [c1, d1t, d11], [ux, ut, uw]] = self.closed();
-        let (lambda, e, f, fw, fu) = match claimed.delta {
+        let (lambda, e, f, fw, fu) = match data.delta {
             None => (1.0, zero(n + nk, 0), zero(0, n), zero(0, w), zero(0, u)),
             Some((lambda, [e, f, fw, fu])) => {
                 let (e, nf) = (mat(e, e[0].len()), f.len());
@@ -216,7 +217,7 @@ impl Loop {
         let (ne, nf) = (e.ncols(), f.nrows());
         let [fx, ft, fw] = [blocks(&[&[f, zero(nf, nk)]]) + &fu * ux, &fu * ut, fw + &fu * uw];
         let eye = |m: usize, v: f64| Mat::identity(m, m) * v;
-        let g = -claimed.gamma;
+        let g = -data.gamma;
         let rt = r + rk;
         let upper = blocks(&[
             &[

@@ -1,11 +1,12 @@
-//! The claim with limits, on a loop that can be checked by hand, and by another route on that of Squid.
+//! Claim with limits, on a loop that can be checked by hand, and by another route on that of Squid.
 
 use crate::common::{add, add_model_error, claim, prove, remove};
 use serde_json::{Value, json};
 use squid_certificate::Certificate;
 
-/// `x' = -a x + u`, `y = r - x`, `u = y`, `|u| <= 1`: with e = u - H x the form is, in x and phi, beside its terms in
-/// r, `[(alpha - 2 (1 + a)) X, *; -X - 2 U (1 + H), -4 U]`. A step r is held by `x = r/(1 + a)`, `u = a r/(1 + a)`.
+/// Returns the certificate of `x' = -a x + u`, `y = r - x`, `u = y`, `|u| <= 1`: with e = u - H x the form is, in x and
+/// phi, apart from its terms in r, `[(alpha - 2 (1 + a)) X, *; -X - 2 U (1 + H), -4 U]`. A step r is held by
+/// `x = r/(1 + a)`, `u = a r/(1 + a)`.
 fn saturated(a: f64, limits: Value) -> Value {
     let zero = json!([[0.0]]);
     let mut c = json!({
@@ -29,8 +30,8 @@ fn saturated(a: f64, limits: Value) -> Value {
     c
 }
 
-/// With a = 0 and H = -1 nothing of u is left: the form is negative where 4 U > X; the limit is out of reach where
-/// 4 beta < X, and steps below `(beta/X)^(1/2)` stay inside.
+/// Returns the case a = 0, H = -1, where e = 0: the form is negative for 4 U > X; the limit is out of reach for 4 beta
+/// < X, and steps below `(beta/X)^(1/2)` stay inside.
 fn integrator() -> Value {
     saturated(
         0.0,
@@ -47,11 +48,11 @@ fn with(mut c: Value, key: &str, value: Value) -> Value {
 }
 
 #[test]
-fn a_loop_by_hand() {
+fn loop_by_hand() {
     let theorem = prove(&integrator()).unwrap();
     assert!(theorem.contains("a step of at most 0.4 from rest at input 0, behind the filters"), "{theorem}");
     assert!(theorem.ends_with("exponentially, within its region: x'Xx decays with the rate 1."), "{theorem}");
-    // Up to their bounds, and no further.
+    // Values are accepted up to their bounds, and no further.
     for (key, true_, false_, refusal) in [
         ("U", json!([1.26]), json!([1.25]), "the matrix of the inequality"),
         ("beta", json!([1.24]), json!([1.26]), "[X h'; h limit^2/(4 beta)] of limit 0"),
@@ -73,9 +74,9 @@ fn a_loop_by_hand() {
     }
 }
 
-/// With a = 1 H may be 0: no limit is ever out of reach, and the claim is about every state.
+/// Checks a = 1, where H may be 0: the limit may be reached, and the claim holds from every state.
 #[test]
-fn a_claim_about_every_state() {
+fn claim_holds_from_every_state() {
     let everywhere = |a: f64| {
         saturated(
             a,
@@ -86,22 +87,22 @@ fn a_claim_about_every_state() {
         )
     };
     assert!(prove(&everywhere(1.0)).unwrap().contains("exponentially, from every state"));
-    // An integrator with a limit returns no faster than that lets it.
+    // The decay rate of a limited integrator is bounded.
     assert!(
         prove(&everywhere(0.0))
             .unwrap_err()
             .contains("the matrix of the inequality is not negative definite")
     );
-    // What holds the step takes 0.9/2 of the limit; of a step of 1.1 it would be more than half.
+    // The held step uses 0.9/2 of the limit; a step of 1.1 would use more than half.
     let found = prove(&with(with(everywhere(1.0), "size", json!(1.1)), "X", json!([[3.0]]))).unwrap_err();
     assert!(found.contains("more than half of limit 0"), "{found}");
 }
 
-/// The integrator, whose rate has a limit as its command does. With H = -1 for both, `x' = -x - phi - psi` and the rate
-/// less H x is -phi: the form is, in x, phi and psi, `-[5 5 5; 5 4U_1 2U_2; 5 2U_2 4U_2]`, and for U_2 = 2 negative
-/// where U_1 > 4/3.
+/// Checks the integrator with a limit on its rate as well as its command. With H = -1 for both, `x' = -x - phi - psi`
+/// and the rate minus H x is -phi: the form is, in x, phi and psi, `-[5 5 5; 5 4U_1 2U_2; 5 2U_2 4U_2]`, and for U_2 =
+/// 2 negative for U_1 > 4/3.
 #[test]
-fn a_rate_by_hand() {
+fn rate_limit_by_hand() {
     let by_rate = |key: &str, value: Value| {
         let limits = json!({
             "input": 0, "size": 0.4, "limits": [1.0, 1.0], "rates": [0], "E": [], "decay": 1.0, "beta": 1.0,
@@ -151,7 +152,7 @@ fn a_rate_by_hand() {
 }
 
 #[test]
-fn bad_input_is_named_in_one_sentence() {
+fn names_invalid_input_in_one_sentence() {
     for (key, value, message) in [
         ("limits", json!([-1.0]), "the claim with limits is not proved: a limit is -1e0, must be above 0"),
         (
@@ -197,9 +198,9 @@ fn bad_input_is_named_in_one_sentence() {
     );
 }
 
-/// Without the claim nothing is said of limits.
+/// Checks that the theorem does not mention limits without the claim.
 #[test]
-fn without_the_claim_the_rest_stands() {
+fn other_claims_stand_without_limits() {
     let mut without = integrator();
     remove(&mut without, "limits");
     assert!(!prove(&without).unwrap().contains("limits"));
@@ -208,7 +209,8 @@ fn without_the_claim_the_rest_stands() {
     assert!(prove(&discrete).unwrap_err().starts_with("claims[1].gain: is of a loop in continuous time"));
 }
 
-/// The integrator, whose reference passes a filter `x_f' = -x_f + r` before it is y, with so much of it beside.
+/// Returns the integrator with a filter `x_f' = -x_f + r` from the reference to y, and the direct and filtered parts
+/// weighted by the arguments.
 fn filtered(direct: f64, of_filter: f64) -> Value {
     let mut c = integrator();
     c["plant"] = json!({
@@ -225,10 +227,10 @@ fn filtered(direct: f64, of_filter: f64) -> Value {
     c
 }
 
-/// A filter that lets nothing through at once takes the step with it when it is left out: of a loop that gets none of
-/// it any size would be proved.
+/// Rejects a step through a filter without feedthrough: the loop without the filter would not get the step, and any
+/// size would be proved.
 #[test]
-fn a_step_that_a_filter_takes_away_is_refused() {
+fn rejects_step_removed_with_a_filter() {
     assert!(prove(&filtered(1.0, 0.5)).is_ok(), "{:?}", prove(&filtered(1.0, 0.5)));
     for (direct, size) in [(0.0, 1e9), (1e-9, 0.4e9), (2.0, 0.2)] {
         let mut crafted = with(filtered(direct, 0.5), "size", json!(size));
@@ -244,9 +246,10 @@ fn a_step_that_a_filter_takes_away_is_refused() {
     }
 }
 
-/// What the step may reach, of a loop of two states with another y: one y, at once, and that y through filters.
+/// Checks that the step may reach only one y of a loop with two states and another y: directly, and additionally
+/// through filters.
 #[test]
-fn a_step_arrives_at_one_measurement() {
+fn step_reaches_one_measurement() {
     let mut c = Certificate::from_json(&filtered(1.0, 0.5).to_string()).unwrap();
     c.plant.c2 = vec![vec![-1.0, 0.5], vec![1.0, 0.0]];
     c.plant.d21 = vec![vec![1.0], vec![0.0]];
@@ -259,11 +262,11 @@ fn a_step_arrives_at_one_measurement() {
     refused(&|c| c.plant.d21[0][0] = 0.5);
     refused(&|c| c.plant.d21[1][0] = 1.0);
     refused(&|c| c.plant.b1[0][0] = 1.0);
-    // Through the filter: to the other y, to the loop's state, to Delta.
+    // Other paths through the filter: to the other y, to the loop's state, to Delta.
     refused(&|c| c.plant.c2[1][1] = 0.1);
     refused(&|c| c.plant.a[0][1] = 0.1);
     refused(&|c| c.errors[0].f[0][1] = 0.1);
-    // Through a channel from the filter to the other y.
+    // Another path: through a channel from the filter to the other y.
     refused(&|c| {
         c.plant.ct = vec![vec![0.0, 1.0]];
         c.plant.dtt = vec![vec![0.0]];
@@ -274,9 +277,9 @@ fn a_step_arrives_at_one_measurement() {
     });
 }
 
-/// Filters of w and of z are no part of the loop.
+/// Checks that filters of w and of z do not belong to the loop.
 #[test]
-fn weights_are_left_out() {
+fn weights_are_omitted() {
     let plain = Certificate::from_json(&integrator().to_string()).unwrap();
     assert_eq!(plain.moving_states(), [0]);
     let mut c = plain;
@@ -290,7 +293,7 @@ fn weights_are_left_out() {
     assert_eq!(c.moving_states(), [0]);
     c.plant.c2[0][2] = 1.0;
     assert_eq!(c.moving_states(), [0, 2]);
-    // A filter of w that depends on a parameter is one, too, unless its channel carries what the controls move.
+    // A parameter-dependent filter of w does not belong to it either, unless controls drive its channel.
     c.plant.bt = vec![vec![0.0], vec![1.0], vec![0.0]];
     c.plant.ct = vec![vec![0.0, 1.0, 0.0]];
     (c.plant.dtt, c.plant.dt2) = (vec![vec![0.0]], vec![vec![0.0]]);

@@ -1,4 +1,4 @@
-//! Certificates by hand and golden ones: what proves, what is refused, and in which words.
+//! Certificates checked by hand and golden ones: proofs, rejections and messages.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod bounded_rate;

@@ -1,11 +1,11 @@
-//! A claim of a bounded rate without one for parameters that vary arbitrarily fast.
+//! Claim of a bounded rate without one for parameters that vary arbitrarily fast.
 
 use crate::bounded_rate::{commutator, one_interval};
 use crate::common::{add, add_model_error, claim, golden_text, prove, remove};
 use serde_json::{Value, json};
 use squid_certificate::{Certificate, Claim, Failure, Gain};
 
-/// The certificate of a loop for which no constant Lyapunov matrix exists.
+/// Certificate of a loop for which no constant Lyapunov matrix exists.
 pub const ALONE: &str = "oscillator_bounded_rate";
 
 fn alone(mut file: Value) -> Value {
@@ -14,7 +14,7 @@ fn alone(mut file: Value) -> Value {
 }
 
 #[test]
-fn it_proves_and_says_that_nothing_is_claimed_of_a_faster_parameter() {
+fn proves_rate_and_excludes_faster_parameters() {
     let theorem = prove(&alone(one_interval(0.75, 0.5))).unwrap();
     assert!(
         theorem.starts_with(
@@ -33,7 +33,7 @@ fn it_proves_and_says_that_nothing_is_claimed_of_a_faster_parameter() {
 }
 
 #[test]
-fn the_smaller_of_both_bounds_holds_at_the_rate() {
+fn smaller_bound_holds_at_rate() {
     let read = |file: &Value| Certificate::from_json(&file.to_string()).unwrap().prove().unwrap();
     let both = one_interval(0.75, 0.5);
     assert_eq!(read(&both).gamma_at_rate(), Some(0.75));
@@ -46,9 +46,9 @@ fn the_smaller_of_both_bounds_holds_at_the_rate() {
     assert_eq!((theorem.gamma, theorem.gamma_at_rate()), (None, Some(0.8)));
 }
 
-/// The true claim of the rate does not carry a false one for any rate.
+/// Checks that a true claim of the rate does not support a false one for arbitrary rates.
 #[test]
-fn a_false_claim_beside_it_is_refused() {
+fn rejects_false_claim_next_to_it() {
     let mut file = one_interval(0.75, 0.5);
     claim(&mut file, "gain")["gamma"] = json!(0.6);
     let refusal = prove(&file).unwrap_err();
@@ -56,7 +56,7 @@ fn a_false_claim_beside_it_is_refused() {
 }
 
 #[test]
-fn part_of_a_claim_or_none_is_refused() {
+fn rejects_incomplete_and_missing_claims() {
     for key in ["gamma", "S", "T"] {
         let mut file = one_interval(0.75, 0.5);
         claim(&mut file, "gain").as_object_mut().unwrap().remove(key);
@@ -76,7 +76,7 @@ fn part_of_a_claim_or_none_is_refused() {
 }
 
 #[test]
-fn what_rests_on_the_claim_for_any_rate_needs_it() {
+fn dependent_claims_need_claim_for_any_rate() {
     let model_error = json!({
         "E": [[0.1]], "F": [[1.0]], "Fu": [[0.0]], "lambda": 1.0, "gamma": 3.0, "X": [[1.0]],
         "S": [[1.0, 0.0], [0.0, 0.5]], "T": [[0.0, 0.0], [0.0, 0.0]]
@@ -85,25 +85,25 @@ fn what_rests_on_the_claim_for_any_rate_needs_it() {
     add_model_error(&mut file, model_error.clone());
     let refusal = prove(&file).unwrap_err();
     assert!(refusal.starts_with("claims[1].gain: needs the claim `gain` without lambda"), "{refusal}");
-    // An error that no claim covers would look as if one did.
+    // A model error that no claim covers would appear to be covered.
     let mut file = one_interval(0.75, 0.5);
     file["errors"] = json!([{"E": [[0.1]], "F": [[1.0]], "Fu": [[0.0]]}]);
     assert!(prove(&file).unwrap_err().starts_with("errors: no claim covers them"));
-    // One multiplier is of one error.
+    // A multiplier belongs to one model error.
     let mut file = one_interval(0.75, 0.5);
     add_model_error(&mut file, model_error);
     let second = file["errors"][0].clone();
     file["errors"].as_array_mut().unwrap().push(second);
     assert!(prove(&file).unwrap_err().starts_with("claims[2].gain: needs one model error"));
-    // An empty claim is none.
+    // An empty list of claims is rejected.
     let mut with = Certificate::from_json(&golden_text(ALONE)).unwrap();
     with.claims.push(Claim::Gain(Gain::default()));
     assert!(with.prove().is_err());
 }
 
-/// Two claims of a kind could not be told apart by those who read them.
+/// Rejects two claims of a kind, which readers could not distinguish.
 #[test]
-fn a_claim_made_twice_is_refused() {
+fn rejects_duplicate_claims() {
     for kind in ["gain", "rate"] {
         let mut file = one_interval(0.75, 0.5);
         let again = claim(&mut file, kind).clone();
@@ -117,7 +117,7 @@ fn a_claim_made_twice_is_refused() {
 }
 
 #[test]
-fn the_golden_certificate_states_the_rate_alone() {
+fn golden_certificate_states_rate_alone() {
     let golden = Certificate::from_json(&golden_text(ALONE)).unwrap();
     let text = golden.to_json().unwrap();
     assert_eq!(Certificate::from_json(&text).unwrap(), golden);

@@ -1,4 +1,4 @@
-//! What is refused when a certificate is read, and in which words.
+//! Errors and messages of certificates that cannot be read.
 
 use crate::common::{GOLDEN, add_model_error, gain, golden, golden_text, scheduled};
 use serde_json::{Value, json};
@@ -19,7 +19,7 @@ fn with_model_error() -> Value {
     c
 }
 
-/// The JSON pointer of every field: objects and their members, not the entries of matrices.
+/// Collects the JSON pointers of all fields: objects and their members, not the entries of matrices.
 fn fields(value: &Value, at: &str, found: &mut Vec<String>) {
     let members = value.as_object().into_iter().flatten().map(|(key, member)| (key.clone(), member));
     let objects = value.as_array().into_iter().flatten().enumerate().filter(|(_, entry)| entry.is_object());
@@ -30,7 +30,7 @@ fn fields(value: &Value, at: &str, found: &mut Vec<String>) {
     }
 }
 
-/// `errors[0].E` for `/errors/0/E`.
+/// Converts a JSON pointer to a path: `/errors/0/E` to `errors[0].E`.
 fn path(pointer: &str) -> String {
     let part =
         |part: &str| if part.parse::<usize>().is_ok() { format!("[{part}]") } else { format!(".{part}") };
@@ -40,7 +40,7 @@ fn path(pointer: &str) -> String {
 fn all_fields() -> Vec<String> {
     let mut found = Vec::new();
     fields(&with_model_error(), "", &mut found);
-    // The keys of the file, of plant, controller and error; two claims, each with its kind.
+    // The count includes the keys of the file, of plant, controller and error, and two claims, each with its kind.
     assert_eq!(found.len(), 7 + 15 + 9 + (1 + 3) + (2 + 4) + (2 + 5));
     found
 }
@@ -55,7 +55,7 @@ fn each_field_removed() {
         let message = refusal(&c.to_string());
         let expected = match (key, parent) {
             ("errors", _) => "claims[1].gain: needs one model error".to_owned(),
-            // Then the claim is one without the model error.
+            // The claim is then one without the model error.
             ("lambda", _) => "claims[1].gain: the claim is made twice".to_owned(),
             ("X", _) => format!("{}: missing field `X`, or `V`", path(parent)),
             ("gain", _) => format!("{}: ", path(parent)),
@@ -131,7 +131,7 @@ fn each_wrong_shape() {
             .iter()
             .map(|r| r.as_array().unwrap().iter().cloned().chain([json!(0.0)]).collect())
             .collect();
-        // The columns of E are a size of their own: a wider E is another error, and fits.
+        // The number of columns of E is free: a wider E is valid.
         let wider_is_wrong = !rows.is_empty() && pointer != "/errors/0/E";
         for (changed, wrong) in [(longer, true), (wider, wider_is_wrong)] {
             if wrong {
@@ -145,9 +145,9 @@ fn each_wrong_shape() {
     }
 }
 
-/// A few thousand numbers would ask for gigabytes, or for years.
+/// Rejects a file of a few thousand numbers whose proof would need gigabytes, or years.
 #[test]
-fn loops_too_large_to_be_proved() {
+fn rejects_loops_too_large_to_prove() {
     let mut c = with_model_error();
     c["plant"]["D11"] = json!([vec![0.0; 3000]]);
     assert!(refusal(&c.to_string()).contains("the inequality has 30"), "{}", refusal(&c.to_string()));
@@ -155,7 +155,7 @@ fn loops_too_large_to_be_proved() {
 }
 
 #[test]
-fn parameters_that_occur_nowhere() {
+fn rejects_parameters_that_do_not_occur() {
     let with = |plant: Value, controller: Value| {
         let mut c = with_model_error();
         c["blocks"] = plant;
@@ -175,7 +175,7 @@ fn parameters_that_occur_nowhere() {
 }
 
 #[test]
-fn a_direct_path_may_be_left_out() {
+fn direct_path_may_be_omitted() {
     let with = |d22: Value| {
         let mut c = scheduled(0.75);
         c["plant"]["D22"] = d22;
@@ -190,14 +190,14 @@ fn a_direct_path_may_be_left_out() {
     assert!(
         !Certificate::from_json(&scheduled(0.75).to_string()).unwrap().to_json().unwrap().contains("D22")
     );
-    for (d22, words) in [
+    for (d22, expected) in [
         (json!([[0.5, 0.5]]), "plant.D22: row 0 has 2 numbers, must have 1 (controls u)"),
         (json!([[0.5], [0.5]]), "plant.D22: found 2 rows, must have 1 (measurements y)"),
         (json!([["x"]]), "plant.D22[0][0]: invalid type: string \"x\", expected a number"),
         (json!(0.5), "plant.D22: invalid type: floating point `0.5`, expected a list"),
     ] {
         let message = refusal(&with(d22));
-        assert!(message.starts_with(words), "{message}");
+        assert!(message.starts_with(expected), "{message}");
     }
 }
 
@@ -218,11 +218,11 @@ fn other_formats() {
 
 #[test]
 fn unknown_and_repeated_keys() {
-    for place in ["", "/plant", "/controller", "/errors/0", "/claims/1/gain"] {
+    for pointer in ["", "/plant", "/controller", "/errors/0", "/claims/1/gain"] {
         let mut c = with_model_error();
-        c.pointer_mut(place).unwrap().as_object_mut().unwrap().insert("Dyy".into(), json!([[0.0]]));
+        c.pointer_mut(pointer).unwrap().as_object_mut().unwrap().insert("Dyy".into(), json!([[0.0]]));
         let message = refusal(&c.to_string());
-        let expected = if place.is_empty() { String::new() } else { path(place) };
+        let expected = if pointer.is_empty() { String::new() } else { path(pointer) };
         let expected = format!("{expected}.Dyy: ");
         assert!(message.starts_with(expected.trim_start_matches('.')), "{message}");
         assert!(message.contains("unknown field `Dyy`, expected one of `"), "{message}");
@@ -243,7 +243,7 @@ fn unknown_and_repeated_keys() {
         let is_refused = message.contains("duplicate field") || message.starts_with("format: ");
         assert!(is_refused, "{message}");
     }
-    // Tagged claims keep the path to a number within, which a tag beside the data would lose.
+    // Externally tagged claims keep the path to a number, which an internal tag would lose.
     let mut c = with_model_error();
     c["claims"][1]["gain"]["T"][1][0] = json!(null);
     let message = refusal(&c.to_string());
@@ -254,14 +254,14 @@ fn unknown_and_repeated_keys() {
     for list in [json!([1]), json!([c])] {
         assert!(refusal(&list.to_string()).starts_with("found a list, must be an object"));
     }
-    // One claim is one object with one key.
+    // A claim is an object with one key.
     let both = text.replacen("{\"gain\":", "{\"rate\":{},\"gain\":", 1);
     assert_ne!(both, text);
     assert!(refusal(&both).starts_with("claims[0]"), "{}", refusal(&both));
 }
 
 #[test]
-fn texts_that_are_no_certificate() {
+fn rejects_texts_that_are_no_certificate() {
     let text = scheduled(0.75).to_string();
     for bad in ["", "[]", "null", "{", "\"lpv-certificate/1\"", &text[..text.len() - 1], &format!("{text} 1")]
     {
@@ -279,7 +279,7 @@ fn texts_that_are_no_certificate() {
 }
 
 #[test]
-fn what_is_written_reads_back_to_the_same_numbers() {
+fn numbers_round_trip() {
     for name in GOLDEN {
         let c = golden(name);
         assert_eq!(Certificate::from_json(&c.to_json().unwrap()).unwrap(), c);
@@ -288,7 +288,7 @@ fn what_is_written_reads_back_to_the_same_numbers() {
 }
 
 #[test]
-fn a_certificate_made_in_a_program_is_checked_too() {
+fn checks_certificate_built_in_memory() {
     let mut c = golden("lpv01");
     gain(&mut c).x.as_mut().unwrap()[0][0] = f64::NAN;
     assert!(c.to_json().unwrap_err().to_string().starts_with("claims[0].gain.X[0][0]: found NaN"));

@@ -1,4 +1,4 @@
-//! One number of a true certificate is changed, thousands of times: whatever still proves must be true.
+//! Changes of single numbers of a true certificate, thousands of times: claims that are still proved must be true.
 
 use crate::common::golden_text;
 use crate::independent::{Loop, claims};
@@ -8,15 +8,15 @@ use serde_json::Value;
 use squid_certificate::{Certificate, Failure};
 use std::cell::Cell;
 
-/// How far the eigenvalues of the scaled inequality, in floating point, may be on the wrong side of zero by rounding.
+/// Largest wrong-signed eigenvalue of the scaled inequality, in floating point, that rounding explains.
 const ROUNDING: f64 = 1e-9;
 
 #[derive(Debug, Clone, Copy)]
 enum Change {
-    /// A bit of the upper half of the mantissa.
+    /// Flips a bit of the upper half of the mantissa.
     Bit(u32),
     Sign,
-    /// By a power of ten.
+    /// Scales by a power of ten.
     Order(i32),
     Zero,
     Ulp,
@@ -44,7 +44,7 @@ fn change() -> impl Strategy<Value = Change> {
     ]
 }
 
-/// Pointers to all numbers of each part: plant, controller, model errors, and each field of each claim.
+/// Returns pointers to all numbers of each part: plant, controller, model errors, and each field of each claim.
 fn numbers(file: &Value) -> Vec<Vec<String>> {
     let claims = file["claims"].as_array().unwrap().iter().enumerate();
     let fields = claims.flat_map(|(i, claim)| {
@@ -71,7 +71,7 @@ fn leaves(value: &Value, at: &str, found: &mut Vec<String>) {
     }
 }
 
-/// Changes one number; with `mirrored`, also the one across the diagonal of X, S or T, so that the structure holds.
+/// Changes one number; with `mirrored`, also the one across the diagonal of X, S or T, so that the structure is kept.
 fn tamper(file: &Value, pointer: &str, change: Change, mirrored: bool) -> Value {
     let mut lie = file.clone();
     let old = lie.pointer(pointer).unwrap().as_f64().unwrap();
@@ -91,7 +91,7 @@ fn tamper(file: &Value, pointer: &str, change: Change, mirrored: bool) -> Value 
 fn survives(name: &str, cases: u32) {
     let file: Value = serde_json::from_str(&golden_text(name)).unwrap();
     let fields = numbers(&file);
-    let places = any::<prop::sample::Index>().prop_flat_map(move |field| {
+    let pointers = any::<prop::sample::Index>().prop_flat_map(move |field| {
         let field = fields[field.index(fields.len())].clone();
         prop::sample::select(field)
     });
@@ -103,9 +103,9 @@ fn survives(name: &str, cases: u32) {
         failure_persistence: None,
         ..Config::default()
     });
-    let outcome = runner.run(&(places, change(), any::<bool>()), |(pointer, change, mirrored)| {
+    let outcome = runner.run(&(pointers, change(), any::<bool>()), |(pointer, change, mirrored)| {
         let lie = tamper(&file, &pointer, change, mirrored);
-        // The sign or the order of a zero is no lie.
+        // A changed sign or scale of a zero is no change.
         prop_assume!(lie != file && lie.pointer(&pointer) != Some(&Value::from(-0.0)));
         let c = Certificate::from_json(&lie.to_string()).unwrap();
         let closed = Loop::new(&c);

@@ -5,63 +5,64 @@ use crate::ControllerDesign;
 use crate::design::{OverSpeed, ReferenceLimits};
 use crate::trim::{AtSpeed, Trim};
 
-/// The limits of each reference.
+/// Limits of each reference.
 ///
 /// ```text
-/// target_i = clamp(asked_i, least_i(V_r), largest_i(V_r))                      range
-/// r_i      = clamp((1 - share_i) target_i + share_i start_i, least_i, largest_i)   the way there, see `governor`
+/// target_i = clamp(request_i, least_i(V_r), largest_i(V_r))                        range
+/// r_i      = clamp((1 - share_i) target_i + share_i start_i, least_i, largest_i)   transition, see `governor`
 /// r_i      = clamp(r_i, last_i + Ts slowest_i(V_r), last_i + Ts fastest_i(V_r))    rate
 /// ```
 #[derive(Debug)]
 pub(crate) struct Envelope {
     sample_time: f64,
-    /// Those of each signal with a reference.
+    /// Limits of each signal with a reference.
     limits: Vec<ReferenceLimits>,
 }
 
-/// A reference as it is used.
+/// Limited reference with its derivatives.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Used {
+pub(crate) struct LimitedReference {
     pub(crate) value: f64,
-    /// Its slope over what is asked, or over where it yields to: 0 at a limit.
-    pub(crate) by_asked: f64,
-    /// Its slope over the speed V_r.
+    /// Derivative with respect to the request, or to the value to which it yields; 0 at a limit.
+    pub(crate) by_request: f64,
+    /// Derivative with respect to the speed V_r.
     pub(crate) by_speed: f64,
-    /// Its slope over the last one: 1 at its rate.
+    /// Derivative with respect to the last reference; 1 at the rate limit, otherwise 0.
     pub(crate) by_last: f64,
 }
 
 impl Envelope {
     #[inline]
     pub(crate) fn new(design: &ControllerDesign) -> Self {
-        let of =
+        let limits_of =
             |(signal, _): (&crate::Port, _)| design.envelope.get(&signal.name).cloned().unwrap_or_default();
-        Self { sample_time: design.sample_time, limits: design.references().map(of).collect() }
+        Self { sample_time: design.sample_time, limits: design.references().map(limits_of).collect() }
     }
 
-    /// Whether the rate of a reference is limited.
+    /// Returns `true` if the rate of a reference is limited.
     pub(crate) fn has_rate(&self, signal: usize) -> bool {
         self.limits[signal].rate.is_some()
     }
 
-    /// A rate within that of a reference at a speed V_r.
+    /// Returns a rate, limited to the allowed rates of a reference at a speed V_r.
     pub(crate) fn rate(&self, signal: usize, rate: f64, trim: AtSpeed<'_>) -> f64 {
         match &self.limits[signal].rate {
-            Some([slowest, fastest]) => within(rate, trim.of(slowest), trim.of(fastest)),
+            Some([slowest, fastest]) => within(rate, trim.value(slowest), trim.value(fastest)),
             None => rate,
         }
     }
 
-    /// What is asked of a reference, within its range at a speed V_r.
-    pub(crate) fn target(&self, signal: usize, asked: f64, trim: AtSpeed<'_>) -> f64 {
+    /// Returns the request, limited to the range of a reference at a speed V_r.
+    pub(crate) fn target(&self, signal: usize, request: f64, trim: AtSpeed<'_>) -> f64 {
         match &self.limits[signal].range {
-            Some([least, most]) => within(asked, trim.of(least), trim.of(most)),
-            None => asked,
+            Some([least, most]) => within(request, trim.value(least), trim.value(most)),
+            None => request,
         }
     }
 
-    /// A reference on its way to a `target` within its range and, after a `last` one, its rate, at a speed V_r.
-    pub(crate) fn used(
+    /// Returns the reference in transition to a `target`, limited to its range and, after a `last` reference, its rate,
+    /// at a speed V_r.
+    pub(crate) fn limited(
         &self,
         signal: usize,
         target: f64,
@@ -74,48 +75,50 @@ impl Envelope {
             value = self.target(signal, transition.to(target), trim);
         }
         if let Some(([least, most], last)) = self.limits[signal].rate.as_ref().zip(last) {
-            let [slowest, fastest] = [least, most].map(|end| last + self.sample_time * trim.of(end));
+            let [slowest, fastest] = [least, most].map(|end| last + self.sample_time * trim.value(end));
             value = within(value, slowest, fastest);
         }
         value
     }
 
-    /// As [`used`](Self::used), with slopes.
+    /// Returns the same as [`limited`](Self::limited), with derivatives.
     #[inline]
     pub(crate) fn tangent(
         &self,
         signal: usize,
-        asked: f64,
+        request: f64,
         transition: Transition,
         last: Option<f64>,
         (trim, speed): (&Trim, f64),
-    ) -> Used {
+    ) -> LimitedReference {
         let ReferenceLimits { range, rate } = &self.limits[signal];
-        let target = self.target(signal, asked, trim.at(speed));
-        let value = self.used(signal, target, transition, last, trim.at(speed));
-        let on_the_way = transition.to(target);
-        let end_at = |ends: Option<&[OverSpeed; 2]>, base: f64, scale: f64, wanted: f64, reached: f64| {
-            let end =
-                |end: &OverSpeed| (base + scale * trim.at(speed).of(end), scale * trim.slope_of(speed, end));
+        let target = self.target(signal, request, trim.at(speed));
+        let value = self.limited(signal, target, transition, last, trim.at(speed));
+        let in_transition = transition.to(target);
+        let end_at = |ends: Option<&[OverSpeed; 2]>, base: f64, scale: f64, unlimited: f64, limited: f64| {
+            let end = |end: &OverSpeed| {
+                (base + scale * trim.at(speed).value(end), scale * trim.slope_of_value(speed, end))
+            };
             let ends = ends.map(|ends| [end(&ends[0]), end(&ends[1])]);
             let ends = ends.into_iter().flatten();
-            ends.filter(|(end, _)| wanted != reached && *end == reached).map(|(_, slope)| slope).next()
+            ends.filter(|(end, _)| unlimited != limited && *end == limited).map(|(_, slope)| slope).next()
         };
-        let at_rate = last.and_then(|last| end_at(rate.as_ref(), last, self.sample_time, on_the_way, value));
-        let at_range = || end_at(range.as_ref(), 0.0, 1.0, on_the_way, value);
+        let at_rate =
+            last.and_then(|last| end_at(rate.as_ref(), last, self.sample_time, in_transition, value));
+        let at_range = || end_at(range.as_ref(), 0.0, 1.0, in_transition, value);
         let by_last = if at_rate.is_some() { 1.0 } else { 0.0 };
         if let Some(slope) = at_rate.or_else(at_range) {
-            return Used { value, by_asked: 0.0, by_speed: slope, by_last };
+            return LimitedReference { value, by_request: 0.0, by_speed: slope, by_last };
         }
         let free = 1.0 - transition.share;
-        match end_at(range.as_ref(), 0.0, 1.0, asked, target) {
-            Some(slope) => Used { value, by_asked: 0.0, by_speed: free * slope, by_last },
-            None => Used { value, by_asked: free, by_speed: 0.0, by_last },
+        match end_at(range.as_ref(), 0.0, 1.0, request, target) {
+            Some(slope) => LimitedReference { value, by_request: 0.0, by_speed: free * slope, by_last },
+            None => LimitedReference { value, by_request: free, by_speed: 0.0, by_last },
         }
     }
 }
 
-/// As [`f64::clamp`], but rounding may bring the ends past one another.
+/// Clamps like [`f64::clamp`], but accepts ends that rounding has swapped.
 fn within(value: f64, least: f64, most: f64) -> f64 {
     if value < least {
         least

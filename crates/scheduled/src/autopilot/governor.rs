@@ -1,14 +1,14 @@
-//! The reference governor: how a reference moves that is not used as it is asked.
+//! Reference governor: motion of a reference that differs from the request.
 //!
 //! ```text
-//! used   = (1 - share) target + share start,   target: what is asked, within its range; then within its rate
+//! used   = (1 - share) target + share start,   target: request within its range; then rate limit
 //! share  = (1 + t/1 s) exp(-t/1 s),   t after the transition began
 //! start' = rate exp(-t/1 s)
 //! ```
 //!
-//! A reference that [`Autopilot::follow`](crate::Autopilot::follow) sets begins at the measured value, and with the
-//! rate of that, where a sensor knows it, within its own. One that yields begins where it is, at rest: while an
-//! actuator that steers its signal has been at its limit for [`HELD`],
+//! [`Autopilot::follow`](crate::Autopilot::follow) begins a transition at the measured value, with the measured rate
+//! where a sensor gives it, within the rate limit of the reference. While an actuator that steers the signal is at its
+//! limit, after [`HELD`] there, the reference yields, and its transition restarts at its current value, at rest:
 //!
 //! ```text
 //! start <- start + (1 - exp(-Ts/0.3 s)) (measured - start), within its range;   used = start, at any rate
@@ -22,74 +22,74 @@
 
 use crate::{ControllerDesign, Port, ticks};
 
-/// Time for which an actuator stays at its limit before references yield, s.
+/// Time at its limit after which an actuator makes references yield, s.
 pub const HELD: f64 = 1.0;
 
 /// Time constant with which a reference yields to the measured value, s.
 const YIELDING: f64 = 0.3;
 
-/// Each of the two time constants with which a reference returns to what is asked, s.
+/// Both time constants with which a reference returns to the request, s.
 pub const RETURNING: f64 = 1.0;
 
-/// Differences below this part of a signal's nominal size count as zero.
+/// Difference, as a fraction of the nominal size of a signal, below which a transition ends.
 const NO_DIFFERENCE: f64 = 1e-4;
 
-/// The constants of the governor for a design.
+/// Constants of the governor for a design.
 #[derive(Debug)]
 pub(crate) struct Governor {
     /// [`HELD`] in ticks.
     held: u32,
-    /// Part of the way to the measured value that a reference yields in a tick.
+    /// Fraction of the distance to the measured value by which a reference yields per tick.
     yielding: f64,
-    /// Factor of the lag of a transition in a tick.
+    /// Factor of the lag of a transition per tick.
     decay: f64,
     sample_time: f64,
-    /// The difference of each reference from its target that is taken for none.
+    /// Difference of each reference from its target that counts as zero.
     negligible: Vec<f64>,
-    /// The actuators that steer each signal with a reference; none of one that is not measured.
+    /// Actuators that steer each signal with a reference; empty for a signal that is not measured or not tracked.
     steered_by: Vec<Vec<usize>>,
-    /// Whether each actuator steers.
+    /// `true` for each actuator that steers.
     steers: Vec<bool>,
-    /// The force along the hull per command of each actuator that does not steer.
+    /// Force along the hull per unit of command, for each actuator that does not steer.
     pushes: Vec<f64>,
 }
 
-/// The transition of a reference from a start to its target.
+/// Transition of a reference from a start to its target.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Transition {
-    /// Where it began, moved on by its rate, SI.
+    /// Start of the transition, moved on by its rate, SI.
     pub start: f64,
-    /// The rate at which it began, SI per second.
+    /// Initial rate, SI per second.
     pub rate: f64,
-    /// The share of the start in the reference, from 0 to 1; 0 without a transition.
+    /// Weight of the start in the reference, from 0 to 1; 0 without a transition.
     pub share: f64,
-    /// exp(-t/1 s), t after it began.
+    /// exp(-t/1 s), at the time t after the beginning.
     pub lag: f64,
 }
 
 impl Transition {
-    /// A transition that begins at rest.
+    /// Creates a transition that begins at rest.
     pub(crate) fn from(start: f64) -> Self {
         Self { start, rate: 0.0, share: 1.0, lag: 1.0 }
     }
 
-    /// The reference on the way to a target.
+    /// Returns the reference in transition to a target.
     pub(crate) fn to(self, target: f64) -> f64 {
         if self.share == 0.0 { target } else { (1.0 - self.share) * target + self.share * self.start }
     }
 
-    /// The target for which a reference stays where it is.
+    /// Returns the target for which a reference keeps its value.
     pub(crate) fn target_of(self, reference: f64) -> f64 {
         if self.share < 1.0 { (reference - self.share * self.start) / (1.0 - self.share) } else { reference }
     }
 }
 
-/// The saturation of an actuator.
+/// Saturation of an actuator.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Saturation {
-    /// Whether the last tick computed a command beyond a limit.
+    /// `true` if the last tick computed a command beyond a limit.
     pub now: bool,
-    /// For how many ticks it did, up to [`HELD`], less those in which it did not since.
+    /// Count of saturated ticks, up to [`HELD`], less the unsaturated ones since.
     pub ticks: u32,
 }
 
@@ -97,8 +97,8 @@ impl Governor {
     #[inline]
     pub(crate) fn new(design: &ControllerDesign) -> Self {
         let per_tick = |time: f64| design.sample_time / time;
-        let steered_by = |(place, (signal, _)): (usize, (&Port, _))| {
-            let yields = design.measures(place) && design.follows(place);
+        let steered_by = |(index, (signal, _)): (usize, (&Port, _))| {
+            let yields = design.measures(index) && design.follows(index);
             let all =
                 design.actuators.iter().enumerate().filter(|(_, one)| one.steers.contains(&signal.name));
             all.map(|(index, _)| index).filter(|_| yields).collect()
@@ -118,12 +118,12 @@ impl Governor {
         }
     }
 
-    /// Whether an actuator steers a signal with a reference.
+    /// Returns `true` if an actuator steers a signal with a reference.
     pub(crate) fn steers(&self, actuator: usize) -> bool {
         self.steers[actuator]
     }
 
-    /// The force along the hull per command of an actuator, 0 of one that steers.
+    /// Returns the force along the hull per unit of command of an actuator, 0 for one that steers.
     pub(crate) fn pushes(&self, actuator: usize) -> f64 {
         self.pushes[actuator]
     }
@@ -133,44 +133,44 @@ impl Governor {
         self.held
     }
 
-    /// Part of the way to the measured value that a reference yields in a tick.
+    /// Fraction of the distance to the measured value by which a reference yields per tick.
     pub(crate) fn yielding(&self) -> f64 {
         self.yielding
     }
 
-    /// Factor of the lag in a tick, and the difference of a reference from its target that is taken for none.
+    /// Returns the factor of the lag per tick, and the difference of a reference from its target that counts as zero.
     pub(crate) fn returning(&self, reference: usize) -> (f64, f64) {
         (self.decay, self.negligible[reference])
     }
 
-    /// Whether a reference yields.
+    /// Returns `true` if a reference yields.
     pub(crate) fn yields(&self, reference: usize, saturation: &[Saturation]) -> bool {
         self.steered_by[reference]
             .iter()
             .any(|one| saturation[*one].now && saturation[*one].ticks >= self.held)
     }
 
-    /// Where a reference goes that yields to a measured value.
+    /// Returns the next value of a reference that yields to a measured value.
     pub(crate) fn yielded(&self, last: f64, measured: f64) -> f64 {
         last + self.yielding * (measured - last)
     }
 
-    /// Counts a tick of an actuator.
+    /// Counts a tick of an actuator, saturated if `now`.
     pub(crate) fn count(&self, saturation: &mut Saturation, now: bool) {
         saturation.now = now;
         saturation.ticks =
             if now { (saturation.ticks + 1).min(self.held) } else { saturation.ticks.saturating_sub(1) };
     }
 
-    /// Moves the transition of a reference to a `target` on by a tick. It ends where what is left of it and of its rate
-    /// is negligible.
+    /// Advances the transition of a reference to a `target` by a tick. It ends when the remaining difference and the
+    /// remaining rate are negligible.
     pub(crate) fn advance(&self, reference: usize, transition: &mut Transition, target: f64) {
         let Transition { start, rate, share, lag } = transition;
         *start += self.sample_time * *rate * *lag;
         *share = self.decay * (*share + self.sample_time / RETURNING * *lag);
         *lag *= self.decay;
-        let left = [transition.to(target) - target, RETURNING * transition.rate * transition.lag];
-        if left.iter().all(|one| one.abs() <= self.negligible[reference]) {
+        let remaining = [transition.to(target) - target, RETURNING * transition.rate * transition.lag];
+        if remaining.iter().all(|one| one.abs() <= self.negligible[reference]) {
             transition.share = 0.0;
         }
     }

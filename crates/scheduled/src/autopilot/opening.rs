@@ -1,12 +1,12 @@
-//! How the commands become free after following those of others.
+//! Opening of the range of the commands after following those of another source.
 
 use crate::{Actuator, ControllerDesign, ticks};
 
-/// Time in which the commands become free after [`follow`](crate::Autopilot::follow), s.
+/// Time in which the range of the commands opens after [`follow`](crate::Autopilot::follow), s.
 const OPENING: f64 = 1.0;
 
-/// The range of the commands after [`follow`](crate::Autopilot::follow), which opens from what is applied to the limits
-/// of the actuators:
+/// Range of the commands after [`follow`](crate::Autopilot::follow), which opens from the applied commands to the
+/// limits of the actuators:
 ///
 /// ```text
 /// |command - applied| <= (maximum - minimum) t/1 s,   t after that
@@ -15,7 +15,7 @@ const OPENING: f64 = 1.0;
 pub(crate) struct Opening {
     /// [`OPENING`] in ticks.
     pub(crate) ticks: u32,
-    /// By how much the range of each command opens in a tick, SI.
+    /// Opening of the range of each command per tick, SI.
     pub(crate) steps: Vec<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! One tick of a discrete LFT controller, without allocation.
+//! Discrete LFT controller; a tick does not allocate.
 
 use std::sync::Arc;
 
@@ -7,11 +7,11 @@ use crate::lft::panels::Panels;
 use crate::lft::schur::solve_quasi_triangular;
 use crate::{Lft, Matrix, TickError};
 
-/// The constant part of a controller.
+/// Constant part of a controller.
 #[derive(Debug)]
 struct Law {
     lft: Lft,
-    /// Whether `Dtt` is quasi-triangular and `Theta = theta I`.
+    /// `true` if `Dtt` is quasi-triangular and `Theta = theta I`.
     triangular: bool,
     /// `[Ct Dty]`.
     into_loop: Panels,
@@ -28,14 +28,14 @@ pub struct LftController {
     /// `[xk; y; wk]`.
     signals: Vec<f64>,
     next_state: Vec<f64>,
-    /// Theta's inputs zk.
+    /// Inputs zk of Theta.
     channels: Vec<f64>,
     /// `I - Dtt Theta`, row by row.
     loop_matrix: Vec<f64>,
 }
 
 impl LftController {
-    /// A controller with zero state; `lft` is in discrete time.
+    /// Creates a controller with zero state; `lft` is in discrete time.
     #[inline]
     pub fn new(lft: Lft) -> Self {
         let sizes = lft.sizes();
@@ -59,13 +59,13 @@ impl LftController {
         }
     }
 
-    /// The LFT as ticks use it: in channel coordinates in which `Dtt` is quasi-triangular, if they were found
-    /// ([`is_triangular`](Self::is_triangular)).
+    /// Returns the LFT in the channel coordinates of the ticks, in which `Dtt` is quasi-triangular if
+    /// [`is_triangular`](Self::is_triangular).
     pub fn lft(&self) -> &Lft {
         &self.law.lft
     }
 
-    /// Whether the loop through Theta is solved by back substitution, without pivoting.
+    /// Returns `true` if the loop through Theta is solved by back substitution, without pivoting.
     pub fn is_triangular(&self) -> bool {
         self.law.triangular
     }
@@ -75,7 +75,7 @@ impl LftController {
         self.signals.fill(0.0);
     }
 
-    /// The state xk.
+    /// Returns the state xk.
     pub fn state(&self) -> &[f64] {
         &self.signals[..self.next_state.len()]
     }
@@ -112,7 +112,7 @@ impl LftController {
         Ok(())
     }
 
-    /// Moves the state to the next tick: `xk+ = A xk + By y + Bt wk`, with y and wk of the last
+    /// Updates the state to the next tick: `xk+ = A xk + By y + Bt wk`, with y and wk of the last
     /// [`output`](Self::output).
     pub fn update(&mut self) {
         self.law.update.product(&self.signals, &mut self.next_state);
@@ -152,14 +152,14 @@ impl LftController {
         lft.dty.add_product(y, &mut z);
         let mut workspace = self.loop_matrix.clone();
         self.law.close_loop(theta, &mut workspace, &mut z)?;
-        let moved: Vec<f64> =
+        let dtheta_z: Vec<f64> =
             z.iter().zip(expand(&lft.blocks, dtheta)).map(|(z, dtheta)| z * dtheta).collect();
         let mut dz = vec![0.0; z.len()];
         lft.dty.add_product(dy, &mut dz);
-        lft.dtt.add_product(&moved, &mut dz);
+        lft.dtt.add_product(&dtheta_z, &mut dz);
         self.law.close_loop(theta, &mut workspace, &mut dz)?;
-        let through = dz.iter().zip(expand(&lft.blocks, theta)).zip(&moved);
-        let dw: Vec<f64> = through.map(|((dz, theta), moved)| moved + theta * dz).collect();
+        let through = dz.iter().zip(expand(&lft.blocks, theta)).zip(&dtheta_z);
+        let dw: Vec<f64> = through.map(|((dz, theta), dtheta_z)| dtheta_z + theta * dz).collect();
         du.fill(0.0);
         lft.duy.add_product(dy, du);
         lft.dut.add_product(&dw, du);
@@ -181,7 +181,7 @@ impl Law {
         solved.map_err(|pivot| TickError::SingularLoop { parameter, pivot })
     }
 
-    /// Fills in `I - Dtt Theta`, row by row.
+    /// Computes `I - Dtt Theta`, row by row.
     fn fill_loop(&self, theta: &[f64], matrix: &mut [f64]) {
         let dtt = &self.lft.dtt;
         for (index, row) in matrix.chunks_exact_mut(dtt.rows().max(1)).enumerate() {
@@ -194,7 +194,7 @@ impl Law {
     }
 }
 
-/// The diagonal of Theta.
+/// Returns the diagonal of Theta.
 fn expand<'a>(blocks: &'a [usize], theta: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
     blocks.iter().zip(theta).flat_map(|(&repetitions, &theta)| std::iter::repeat_n(theta, repetitions))
 }

@@ -1,12 +1,12 @@
-//! The trapezoidal rule.
+//! Discretisation by the trapezoidal rule.
 
 use nalgebra::DMatrix;
 
 use crate::{DesignError, Lft, Matrix};
 
 impl Lft {
-    /// The LFT in discrete time by the trapezoidal rule, applied to the linear time-invariant system with Theta's
-    /// channels as inputs and outputs.
+    /// Returns the LFT in discrete time by the trapezoidal rule, applied to the linear time-invariant system with
+    /// Theta's channels as inputs and outputs.
     ///
     /// With `v = [y; wk]`, `o = [u; zk]`, `P = (I - A T/2)^-1`:
     ///
@@ -41,8 +41,8 @@ impl Lft {
         })
     }
 
-    /// `P E T` for the input matrix E of inputs that are constant over a tick. The trapezoidal rule itself would add a
-    /// direct feedthrough, an algebraic loop for inputs that depend on the outputs of the tick.
+    /// Returns `P E T` for the input matrix E of inputs that are constant over a tick. The trapezoidal rule itself
+    /// would add a direct feedthrough, and thus an algebraic loop for inputs that depend on the outputs of the tick.
     ///
     /// # Errors
     /// [`DesignError::TooFast`].
@@ -51,7 +51,7 @@ impl Lft {
         Ok(self.implicit(sample_time)?.0.times(e).scaled(sample_time))
     }
 
-    /// `(I - A T/2)^-1` and `I + A T/2`.
+    /// Returns `(I - A T/2)^-1` and `I + A T/2`.
     #[inline]
     fn implicit(&self, sample_time: f64) -> Result<(Matrix, Matrix), DesignError> {
         let n = self.a.rows();

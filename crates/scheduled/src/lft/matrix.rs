@@ -1,8 +1,8 @@
-//! A small dense matrix in row-major order, for products without allocation.
+//! Small dense matrix in row-major order, for products without allocation.
 
 use nalgebra::DMatrix;
 
-/// A row-major matrix.
+/// Row-major matrix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrix {
     rows: usize,
@@ -11,27 +11,27 @@ pub struct Matrix {
 }
 
 impl Matrix {
-    /// A matrix from its entries in row-major order; `None` if their number is not `rows columns`.
+    /// Creates a matrix from its entries in row-major order; `None` if their number is not `rows columns`.
     pub fn new(rows: usize, columns: usize, entries: Vec<f64>) -> Option<Self> {
         (entries.len() == rows * columns).then_some(Self { rows, columns, entries })
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Number of columns.
+    /// Returns the number of columns.
     pub fn columns(&self) -> usize {
         self.columns
     }
 
-    /// One row.
+    /// Returns a row.
     pub fn row(&self, index: usize) -> &[f64] {
         &self.entries[index * self.columns..(index + 1) * self.columns]
     }
 
-    /// `out += M x`.
+    /// Computes `out += M x`.
     ///
     /// Shapes: `x` has one entry per column, `out` one per row.
     pub fn add_product(&self, x: &[f64], out: &mut [f64]) {
@@ -41,7 +41,7 @@ impl Matrix {
         }
     }
 
-    /// `self other`; shapes m x k and k x n.
+    /// Returns `self other`; shapes m x k and k x n.
     #[inline]
     pub(crate) fn times(&self, other: &Self) -> Self {
         debug_assert_eq!(self.columns, other.rows);
@@ -56,7 +56,7 @@ impl Matrix {
         Self { rows: self.rows, columns: other.columns, entries }
     }
 
-    /// `self + factor other`, for matrices of the same shape.
+    /// Returns `self + factor other`, for matrices of the same shape.
     #[inline]
     pub(crate) fn plus(&self, factor: f64, other: &Self) -> Self {
         debug_assert_eq!((self.rows, self.columns), (other.rows, other.columns));
@@ -64,7 +64,7 @@ impl Matrix {
         Self { entries: self.entries.iter().zip(&other.entries).map(sum).collect(), ..*self }
     }
 
-    /// `factor self`.
+    /// Returns `factor self`.
     #[inline]
     pub(crate) fn scaled(mut self, factor: f64) -> Self {
         self.entries.iter_mut().for_each(|entry| *entry *= factor);

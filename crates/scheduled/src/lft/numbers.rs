@@ -1,4 +1,4 @@
-//! Checks of the numbers in a design.
+//! Checks of numbers in a design.
 
 use std::fmt;
 

@@ -2,7 +2,7 @@
 
 use crate::Matrix;
 
-/// Rows per panel; a processor accumulates their sums in parallel.
+/// Number of rows per panel, whose sums a processor accumulates in parallel.
 const HEIGHT: usize = 4;
 
 /// `[M1 M2 ...]`, column-major within panels of four rows; the last panel is padded with zeros.
@@ -13,7 +13,7 @@ pub(crate) struct Panels {
 }
 
 impl Panels {
-    /// The concatenation of matrices with equally many rows.
+    /// Concatenates matrices with the same number of rows.
     #[inline]
     pub(crate) fn concatenated(matrices: &[&Matrix]) -> Self {
         let rows = matrices.first().map_or(0, |matrix| matrix.rows());
@@ -29,7 +29,7 @@ impl Panels {
         Self { columns, entries: panels }
     }
 
-    /// `out = [M1 M2 ...] x`.
+    /// Computes `out = [M1 M2 ...] x`.
     ///
     /// Shapes: `x` has one entry per column, `out` one per row.
     pub(crate) fn product(&self, x: &[f64], out: &mut [f64]) {

@@ -8,11 +8,11 @@
 
 use crate::{Lft, Matrix};
 
-/// Maximum number of QR iterations for the Schur form; it usually takes a few per channel.
+/// Maximum number of QR iterations for the Schur form; usually a few per channel suffice.
 const MAX_ITERATIONS: usize = 10_000;
 
 impl Lft {
-    /// This controller with `Dtt` quasi-triangular: `Bt Q`, `Dut Q`, `Q^T Ct`, `Q^T Dty` and `T` in place of
+    /// Returns this controller with `Dtt` quasi-triangular: `Bt Q`, `Dut Q`, `Q^T Ct`, `Q^T Dty` and `T` in place of
     /// `Bt`, `Dut`, `Ct`, `Dty` and `Dtt`; `None` with several parameters, or if the iteration does not converge.
     #[inline]
     pub(crate) fn in_schur_coordinates(&self) -> Option<Self> {
@@ -42,14 +42,14 @@ pub(crate) fn solve_quasi_triangular(t: &Matrix, theta: f64, b: &mut [f64]) -> R
     let mut end = b.len();
     while end > 0 {
         let (open, solved) = b.split_at_mut(end);
-        // The newest entry of z is added last, so that the sum of the others need not wait for it.
+        // The newest entry of z is added last, so that the sum of the others does not wait for it.
         let known = |row: &[f64]| -> f64 {
             row[end..].iter().zip(&*solved).rev().map(|(entry, z)| entry * z).sum::<f64>() * theta
         };
         let lower = t.row(end - 1);
         let (d, right) = (1.0 - theta * lower[end - 1], open[end - 1] + known(lower));
         if end == 1 || lower[end - 2] == 0.0 {
-            refuse_singular(d, precision * (1.0 + (theta * lower[end - 1]).abs()))?;
+            reject_singular(d, precision * (1.0 + (theta * lower[end - 1]).abs()))?;
             open[end - 1] = right / d;
             end -= 1;
             continue;
@@ -61,7 +61,7 @@ pub(crate) fn solve_quasi_triangular(t: &Matrix, theta: f64, b: &mut [f64]) -> R
         // The determinant is quadratic in the entries, and so is its rounding error.
         let rounding = precision * (1.0 + (1.0 - a).abs() + (1.0 - d).abs());
         let cancelled = precision * ((a * d).abs() + (above * below).abs());
-        refuse_singular(determinant, cancelled + rounding * rounding)?;
+        reject_singular(determinant, cancelled + rounding * rounding)?;
         open[end - 2] = (d * left - above * right) / determinant;
         open[end - 1] = (a * right - below * left) / determinant;
         end -= 2;
@@ -69,7 +69,7 @@ pub(crate) fn solve_quasi_triangular(t: &Matrix, theta: f64, b: &mut [f64]) -> R
     Ok(())
 }
 
-fn refuse_singular(determinant: f64, threshold: f64) -> Result<(), f64> {
+fn reject_singular(determinant: f64, threshold: f64) -> Result<(), f64> {
     if determinant.is_nan() || determinant.abs() <= threshold {
         return Err(determinant);
     }

@@ -1,18 +1,18 @@
-//! A small design with two states, two channels, two errors as inputs and three actuators.
+//! Small design with two states, two channels, two errors as inputs and three actuators.
 
 #![allow(dead_code, reason = "not every test needs everything")]
 
 use squid_scheduled::*;
 use std::f64::consts::FRAC_PI_2;
 
-/// The places of the signals.
+/// Indices of the signals.
 pub const PITCH: usize = 0;
 pub const SPEED: usize = 1;
 pub const DEPTH: usize = 2;
 pub const RATE: usize = 3;
 pub const HEAVE: usize = 4;
 
-/// How many signals there are, and how many can be tracked.
+/// Numbers of signals, and of signals that can be tracked.
 pub const SIGNALS: usize = 5;
 pub const TRACKED: usize = 3;
 
@@ -49,7 +49,7 @@ pub fn input(signal: &str, kind: Kind, scale: f64) -> ControllerInput {
     ControllerInput { signal: signal.to_owned(), kind, unit: unit.to_owned(), scale }
 }
 
-/// The signals in trim at a forward speed, and a depth.
+/// Returns the signals in trim at a forward speed, with a depth.
 pub fn level(trim: &Trim, speed: f64, depth: f64) -> Inputs {
     let measured: Vec<f64> = (0..SIGNALS).map(|signal| trim.signal(speed, signal, depth)).collect();
     Inputs { references: measured[..TRACKED].to_vec(), measured }
@@ -117,7 +117,7 @@ pub fn design() -> ControllerDesign {
     }
 }
 
-/// The same controller, K (r - y), with references and measurements as separate inputs.
+/// Returns the same controller, K (r - y), with references and measurements as separate inputs.
 pub fn two_degrees() -> ControllerDesign {
     let mut design = design();
     let errors = std::mem::take(&mut design.controller_inputs);

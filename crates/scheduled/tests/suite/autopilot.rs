@@ -1,4 +1,4 @@
-//! The times, inputs and outputs of ticks.
+//! Times, inputs and outputs of ticks.
 
 use crate::example::{self, PITCH, SIGNALS, SPEED, TRACKED};
 use proptest::prelude::*;
@@ -8,10 +8,10 @@ use std::sync::LazyLock;
 static CRUISE: LazyLock<Inputs> = LazyLock::new(|| inputs([-0.01, 1.749], [-0.01, 1.749]));
 
 /// Measured values and references of pitch and speed; the other signals are 0.
-fn inputs(measured: [f64; 2], wanted: [f64; 2]) -> Inputs {
+fn inputs(measured: [f64; 2], references: [f64; 2]) -> Inputs {
     let mut inputs = Inputs { measured: vec![0.0; SIGNALS], references: vec![0.0; TRACKED] };
     (inputs.measured[PITCH], inputs.measured[SPEED]) = (measured[0], measured[1]);
-    (inputs.references[PITCH], inputs.references[SPEED]) = (wanted[0], wanted[1]);
+    (inputs.references[PITCH], inputs.references[SPEED]) = (references[0], references[1]);
     inputs
 }
 
@@ -26,7 +26,7 @@ fn started() -> Autopilot {
     autopilot
 }
 
-/// The number of ticks that run until a time.
+/// Returns the number of ticks that run until a time.
 fn ticks_to(autopilot: &mut Autopilot, to: f64, inputs: &Inputs) -> u64 {
     let before = autopilot.ticks();
     autopilot.advance(to, inputs).unwrap();
@@ -34,7 +34,7 @@ fn ticks_to(autopilot: &mut Autopilot, to: f64, inputs: &Inputs) -> u64 {
 }
 
 #[test]
-fn puts_out_the_trim_without_errors() {
+fn outputs_trim_for_zero_errors() {
     let mut autopilot = started();
     for second in 1..100 {
         autopilot.advance(f64::from(second), &CRUISE).unwrap();
@@ -47,7 +47,7 @@ fn puts_out_the_trim_without_errors() {
     );
 }
 
-/// By hand, at rho = 0 and zero state: u = Duy_d y with Duy_d = Duy + Cu (I - A T/2)^-1 By T/2.
+/// Compares with hand calculation at rho = 0 and zero state: u = Duy_d y with Duy_d = Duy + Cu (I - A T/2)^-1 By T/2.
 #[test]
 fn initial_outputs_are_feedforward_and_direct_feedthrough() {
     let off = inputs([-0.01 - 0.17, 1.749], [-0.01, 1.749]);
@@ -69,7 +69,7 @@ fn initial_outputs_are_feedforward_and_direct_feedthrough() {
 }
 
 #[test]
-fn a_tick_uses_the_inputs_of_the_step_that_starts_with_it() {
+fn tick_uses_inputs_of_step_starting_with_it() {
     let mut autopilot = started();
     assert_eq!(ticks_to(&mut autopilot, 0.02, &CRUISE), 1);
     let moved = inputs([0.0, 1.749], [-0.01, 1.749]);
@@ -101,7 +101,7 @@ fn rounding_neither_skips_nor_repeats_a_tick() {
 }
 
 #[test]
-fn tells_when_the_next_tick_is_due() {
+fn reports_when_next_tick_is_due() {
     let mut autopilot = Autopilot::new(&example::design()).unwrap();
     autopilot.initialise(3.0, &CRUISE).unwrap();
     for tick in 0..1000 {
@@ -149,7 +149,7 @@ proptest! {
 }
 
 #[test]
-fn reports_once_that_the_speed_left_the_range() {
+fn reports_once_when_speed_leaves_range() {
     let mut autopilot = started();
     let mut to = 0.0;
     let mut left = |speed: f64| {
@@ -183,7 +183,7 @@ fn rejects_inputs_that_are_not_finite() {
 }
 
 #[test]
-fn a_singular_loop_is_an_error() {
+fn rejects_singular_loop() {
     let mut design = example::design();
     // I - Dtt_d Theta = 0 in the second channel at rho = 1, when its row of Ct is zero.
     design.lft.ct[1] = vec![0.0, 0.0];
@@ -195,7 +195,7 @@ fn a_singular_loop_is_an_error() {
 }
 
 #[test]
-fn pitch_alone_can_be_tracked() {
+fn tracks_pitch_alone() {
     let mut design = example::design();
     design.controller_inputs.truncate(1);
     for rows in [&mut design.lft.by, &mut design.lft.duy, &mut design.lft.dty] {

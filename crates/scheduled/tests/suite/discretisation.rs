@@ -9,7 +9,7 @@ fn dense(matrix: &Matrix) -> DMatrix<f64> {
     DMatrix::from_fn(matrix.rows(), matrix.columns(), |row, column| matrix.row(row)[column])
 }
 
-/// The matrices A, B, C, D of the LFT with the loop through Theta closed.
+/// Returns the matrices A, B, C, D of the LFT with the loop through Theta closed.
 fn close(lft: &Lft, theta: &[f64]) -> Option<[DMatrix<f64>; 4]> {
     let diagonal: Vec<f64> =
         lft.blocks.iter().zip(theta).flat_map(|(&count, &theta)| vec![theta; count]).collect();
@@ -77,7 +77,7 @@ proptest! {
 
     /// K_d(e^{jwT}, theta) = K_c(j (2/T) tan(wT/2), theta), with `angle` = wT.
     #[test]
-    fn keeps_the_frozen_frequency_response(case in case()) {
+    fn keeps_frozen_frequency_response(case in case()) {
         let discrete = case.lft.discretise(case.sample_time).unwrap();
         let s = Complex::new(0.0, 2.0 / case.sample_time * (0.5 * case.angle).tan());
         let z = Complex::from_polar(1.0, case.angle);
@@ -85,15 +85,16 @@ proptest! {
         let sampled = close(&discrete, &case.theta).and_then(|closed| response(&closed, z));
         prop_assume!(continuous.is_some() && sampled.is_some());
         let ((continuous, size), (sampled, _)) = (continuous.unwrap(), sampled.unwrap());
-        // If the terms cancel, too few digits are left for a comparison.
+        // Too few digits are left for a comparison if the terms cancel.
         prop_assume!(continuous.norm() >= 0.1 * size);
         let error = (&sampled - &continuous).norm();
         prop_assert!(error <= 1e-10 * continuous.norm(), "{error:e}");
     }
 
-    /// Each tick gives u = C x + D y and x+ = A x + B y of the closed LFT, with another Theta at every tick.
+    /// Checks that each tick gives u = C x + D y and x+ = A x + B y of the closed LFT, with another Theta at every
+    /// tick.
     #[test]
-    fn ticks_like_the_closed_matrices(case in case(), ys in prop::collection::vec(-1.0..1.0f64, 3 * 10)) {
+    fn ticks_match_closed_matrices(case in case(), ys in prop::collection::vec(-1.0..1.0f64, 3 * 10)) {
         let discrete = case.lft.discretise(case.sample_time).unwrap();
         let sizes = discrete.sizes();
         let mut controller = LftController::new(discrete.clone());
@@ -116,9 +117,9 @@ proptest! {
     }
 }
 
-/// Against responses computed without this code; see `source` of the case.
+/// Compares with responses computed without this code; see `source` of the case.
 #[test]
-fn keeps_the_responses_of_the_published_case() {
+fn reproduces_published_responses() {
     let path = format!("{}/../../tests/cases/dis01_tustin_frozen.json", env!("CARGO_MANIFEST_DIR"));
     let case: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let number = |value: &serde_json::Value| value.as_f64().unwrap();
@@ -132,13 +133,16 @@ fn keeps_the_responses_of_the_published_case() {
         let closed = close(&discrete, &[number(&point["theta"])]).unwrap();
         let z = Complex::from_polar(1.0, number(&point["omega"]) * sample_time);
         let found = response(&closed, z).unwrap().0[(0, 0)];
-        let wanted = Complex::new(number(&point["K"][0]), number(&point["K"][1]));
-        assert!((found - wanted).norm() <= number(&expected["rtol"]) * wanted.norm(), "{point}: {found}");
+        let expected_response = Complex::new(number(&point["K"][0]), number(&point["K"][1]));
+        assert!(
+            (found - expected_response).norm() <= number(&expected["rtol"]) * expected_response.norm(),
+            "{point}: {found}"
+        );
     }
 }
 
 #[test]
-fn a_pole_at_two_over_t_is_rejected() {
+fn rejects_pole_at_two_over_t() {
     let one = |entry: f64| vec![vec![entry]];
     let matrices = LftMatrices {
         blocks: vec![],

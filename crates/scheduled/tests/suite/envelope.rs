@@ -1,11 +1,11 @@
-//! References within what the vehicle can hold.
+//! Limits of the references to what the vehicle can hold.
 
 use crate::example::{self, DEPTH, PITCH, SPEED};
 use proptest::prelude::*;
 use squid_scheduled::*;
 use std::collections::BTreeMap;
 
-/// The ends of the pitch over the three rows of the trim table.
+/// Limits of the pitch reference in the three rows of the trim table.
 const LEAST: [f64; 3] = [-0.2, -0.3, -0.5];
 const MOST: [f64; 3] = [0.1, 0.3, 0.4];
 
@@ -51,55 +51,55 @@ fn references_are_limited_over_speed() {
     assert!((autopilot.references()[PITCH] - 0.35).abs() < 1e-12);
 }
 
-/// Each tick brings a reference nearer by its rate, and then to what is asked exactly.
+/// Checks that each tick moves a reference by its rate limit, and finally exactly to the request.
 #[test]
 fn rates_are_limited() {
     let mut autopilot = started(&design(Some(1.0)), &inputs(0.0, 1.749, 20.0));
-    let asked = inputs(0.0, 9.0, 20.02);
+    let request = inputs(0.0, 9.0, 20.02);
     for tick in 1..=10 {
         let before = autopilot.filtered_speed();
-        autopilot.tick(&asked).unwrap();
+        autopilot.tick(&request).unwrap();
         let depth = autopilot.references()[DEPTH];
         assert!(depth <= 20.02 && (depth - (20.0 + 0.0100 * f64::from(tick))).abs() < 1e-4 || depth == 20.02);
         assert!(autopilot.filtered_speed() >= before);
     }
     assert_eq!(autopilot.references()[DEPTH], 20.02);
     for _ in 0..200 {
-        autopilot.tick(&asked).unwrap();
+        autopilot.tick(&request).unwrap();
     }
     assert_eq!(autopilot.references()[SPEED], 3.0, "the fastest speed of the trim table");
     assert!(autopilot.outputs().reference_limited);
 }
 
-/// A depth that is asked from the start is approached from where the vehicle is.
+/// Checks that a depth requested at the start is approached from the measured depth.
 #[test]
-fn a_rate_begins_at_the_measured_value() {
+fn rate_limit_starts_at_measured_value() {
     let mut autopilot = started(&design(None), &inputs(0.0, 1.749, 50.0));
     assert_eq!(autopilot.references()[DEPTH], 20.0);
     autopilot.tick(&inputs(0.0, 1.749, 50.0)).unwrap();
     assert!((autopilot.references()[DEPTH] - 20.01).abs() < 1e-3);
 }
 
-/// The law is that of a design without limits for the references as they are used.
+/// Checks that the law for the limited references is that of a design without limits.
 #[test]
-fn the_law_is_unchanged() {
+fn law_is_unchanged_for_limited_references() {
     let with = design(Some(1.0));
     let without = ControllerDesign { envelope: BTreeMap::new(), ..with.clone() };
     let start = inputs(0.0, 1.749, 20.0);
     let (mut with, mut without) = (started(&with, &start), started(&without, &start));
     for tick in 0..300 {
         let t = f64::from(tick);
-        let asked = inputs((0.05 * t).sin(), 1.8 + (0.02 * t).cos(), 20.0 + (0.03 * t).sin());
-        with.tick(&asked).unwrap();
-        let used = Inputs { references: with.references().to_vec(), ..asked };
-        without.tick(&used).unwrap();
+        let request = inputs((0.05 * t).sin(), 1.8 + (0.02 * t).cos(), 20.0 + (0.03 * t).sin());
+        with.tick(&request).unwrap();
+        let limited = Inputs { references: with.references().to_vec(), ..request };
+        without.tick(&limited).unwrap();
         assert_eq!(with.outputs().commands, without.outputs().commands);
         assert_eq!(with.snapshot().state, without.snapshot().state);
     }
 }
 
 #[test]
-fn what_is_no_envelope_is_refused() {
+fn rejects_invalid_envelopes() {
     let refused = |change: &dyn Fn(&mut ControllerDesign)| {
         let mut design = design(None);
         change(&mut design);
@@ -137,7 +137,7 @@ fn what_is_no_envelope_is_refused() {
 }
 
 proptest! {
-    /// Against central differences where no limit is reached or left.
+    /// Compares with central differences where no limit is reached or left.
     #[test]
     fn tangents_are_derivatives(
         pitch in -1.0..1.0f64,
@@ -147,7 +147,7 @@ proptest! {
         filter: bool,
         when in 0..3,
     ) {
-        // The initialisation; the first tick, with an initialisation at the same inputs before it; a later tick.
+        // Cases: the initialisation; the first tick, with an initialisation at the same inputs before it; a later tick.
         let (initial, first) = (when == 0, when == 1);
         prop_assume!([0.49, 1.749, 3.0].iter().all(|corner| (speed - corner).abs() > 1e-3));
         let mut design = design(filter.then_some(0.7));
@@ -182,7 +182,7 @@ proptest! {
         };
         let found: Vec<f64> = found.references.into_iter().chain(found.commands).collect();
         let each = || high.iter().zip(&here).zip(&low);
-        // Not at the edge of a limit, where the derivatives of the two sides differ.
+        // Points at the edge of a limit are excluded: the one-sided derivatives differ.
         prop_assume!(each().all(|((high, here), low)| (high - 2.0 * here + low).abs() < 1e-7 * here.abs().max(1.0)));
         for (found, ((high, _), low)) in found.iter().zip(each()) {
             let slope = (high - low) / 2e-5;

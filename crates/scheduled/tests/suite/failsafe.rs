@@ -1,9 +1,9 @@
-//! When a sensor is lost, when it is believed again, and what is refused in the frozen design.
+//! Loss and recovery of sensors, and rejection of invalid failsafe data in the frozen design.
 
 use crate::example::{self, DEPTH, PITCH, SPEED};
 use squid_scheduled::*;
 
-/// A design whose sensors of pitch and speed are judged; nothing at rest changes.
+/// Returns a design with monitored sensors of pitch and speed; the inputs of the tests are constant.
 fn design() -> ControllerDesign {
     let sensor = Sensor { error: 0.1, rate: 1.0, ..Sensor::default() };
     let sensors = ["pitch", "speed"].map(|name| (name.to_owned(), sensor.clone()));
@@ -13,14 +13,14 @@ fn design() -> ControllerDesign {
     design
 }
 
-struct Flown {
+struct Flight {
     autopilot: Autopilot,
     supervisor: Supervisor,
     inputs: Inputs,
     stale_after: f64,
 }
 
-impl Flown {
+impl Flight {
     fn new() -> Self {
         Self::drifting(0.0)
     }
@@ -51,79 +51,80 @@ impl Flown {
 }
 
 #[test]
-fn a_change_is_a_fault_from_where_the_vehicle_cannot_move() {
-    // The first value is any; a tick later 0.1 + 0.02, after ten ticks and more 0.1 + 0.2.
+fn rejects_changes_faster_than_the_vehicle() {
+    // The first value is not checked; the largest change is 0.1 + 0.02 a tick later, 0.1 + 0.2 after ten ticks and
+    // more.
     for (change, same, lost) in
         [(0.119, 0, false), (0.121, 0, true), (0.299, 9, false), (0.301, 9, true), (0.301, 200, true)]
     {
-        let mut flown = Flown::new();
-        let first = flown.measure(PITCH, 0.9);
+        let mut flight = Flight::new();
+        let first = flight.measure(PITCH, 0.9);
         assert_ne!(first, Health::Failed);
-        (0..same).for_each(|_| assert_ne!(flown.tick(true), Health::Failed));
-        assert_eq!(flown.measure(PITCH, 0.9 - change) == Health::Failed, lost, "{change} after {same}");
+        (0..same).for_each(|_| assert_ne!(flight.tick(true), Health::Failed));
+        assert_eq!(flight.measure(PITCH, 0.9 - change) == Health::Failed, lost, "{change} after {same}");
     }
 }
 
 #[test]
-fn what_is_no_number_invalid_or_out_of_range_is_lost_at_once() {
+fn loses_nan_invalid_and_out_of_range_values_at_once() {
     for value in [f64::NAN, f64::INFINITY, 1.6] {
-        assert_eq!(Flown::new().measure(PITCH, value), Health::Failed);
+        assert_eq!(Flight::new().measure(PITCH, value), Health::Failed);
     }
-    assert_eq!(Flown::new().tick(false), Health::Failed);
-    let mut flown = Flown::new();
-    flown.tick(true);
-    assert_eq!(flown.measure(SPEED, 0.0), Health::SpeedLost);
+    assert_eq!(Flight::new().tick(false), Health::Failed);
+    let mut flight = Flight::new();
+    flight.tick(true);
+    assert_eq!(flight.measure(SPEED, 0.0), Health::SpeedLost);
 }
 
 #[test]
-fn the_same_for_half_a_second_is_lost_where_it_counts() {
+fn loses_value_unchanged_for_stale_after() {
     let lost_at = |stale_after: f64| {
-        let mut flown = Flown { stale_after, ..Flown::new() };
-        (0..100).find(|_| flown.tick(true) == Health::Failed)
+        let mut flight = Flight { stale_after, ..Flight::new() };
+        (0..100).find(|_| flight.tick(true) == Health::Failed)
     };
-    // The first tick reads it for the first time.
+    // The value counts as new at the first tick.
     assert_eq!((lost_at(0.5), lost_at(0.1), lost_at(0.0)), (Some(25), Some(5), None));
 }
 
 #[test]
-fn it_is_believed_again_where_it_was_and_the_command_goes_on() {
+fn regains_sensor_near_its_estimate() {
     let regained = u64::from(ticks(REGAINED_AFTER, 0.02));
-    for (value, comes_back) in [(0.05, true), (0.5, false)] {
-        let mut flown = Flown::new();
-        flown.tick(true);
-        assert_eq!(flown.tick(false), Health::Failed);
-        (0..50).for_each(|_| assert_eq!(flown.tick(false), Health::Failed));
-        assert!(flown.supervisor.commands().iter().all(|one| (one - 5.0).abs() < 1e-12), "the safe ones");
-        let ticks = flown.autopilot.ticks();
-        flown.measure(PITCH, value);
+    for (value, is_regained) in [(0.05, true), (0.5, false)] {
+        let mut flight = Flight::new();
+        flight.tick(true);
+        assert_eq!(flight.tick(false), Health::Failed);
+        (0..50).for_each(|_| assert_eq!(flight.tick(false), Health::Failed));
+        assert!(flight.supervisor.commands().iter().all(|one| (one - 5.0).abs() < 1e-12), "the safe ones");
+        let ticks = flight.autopilot.ticks();
+        flight.measure(PITCH, value);
         let back =
-            (0..200).find(|_| flown.tick(true) != Health::Failed).map(|_| flown.autopilot.ticks() - ticks);
-        // The jump to a value is no change that the vehicle makes; then it has to stay plausible.
-        assert_eq!(back.is_some(), comes_back, "{value}");
+            (0..200).find(|_| flight.tick(true) != Health::Failed).map(|_| flight.autopilot.ticks() - ticks);
+        // The jump to the value is implausible; from the next tick on it has to stay plausible.
+        assert_eq!(back.is_some(), is_regained, "{value}");
         assert!(back.is_none_or(|after| after >= regained && after <= regained + 1), "{back:?}");
     }
 }
 
-/// A sensor that has been lost for long may be off by 0.1 and the drift of ten seconds, and no more.
+/// Checks that a sensor lost for long may deviate by 0.1 and the drift of ten seconds, and no more.
 #[test]
-fn a_sensor_that_stays_away_stays_lost() {
-    for (value, comes_back) in [(1.05, true), (1.15, false)] {
-        let mut flown = Flown::drifting(0.1);
-        flown.tick(true);
-        flown.measure(SPEED, flown.inputs.measured[SPEED] - value);
-        let lost = (0..5000).filter(|_| flown.tick(true) == Health::SpeedLost).count();
-        assert_eq!(lost < 5000, comes_back, "{value}: {lost} ticks");
+fn keeps_deviating_sensor_lost() {
+    for (value, is_regained) in [(1.05, true), (1.15, false)] {
+        let mut flight = Flight::drifting(0.1);
+        flight.tick(true);
+        flight.measure(SPEED, flight.inputs.measured[SPEED] - value);
+        let lost = (0..5000).filter(|_| flight.tick(true) == Health::SpeedLost).count();
+        assert_eq!(lost < 5000, is_regained, "{value}: {lost} ticks");
     }
 }
 
 #[test]
-fn what_cannot_be_is_refused_with_its_key() {
+fn rejects_invalid_failsafe_with_its_key() {
     let message = |change: fn(&mut Failsafe)| {
         let mut design = design();
         change(design.failsafe.as_mut().unwrap());
         design.validate().unwrap_err().to_string()
     };
-    for (words, expected) in [
+    for (message_text, expected) in [
         (message(|f| f.stale_after = -1.0), "failsafe.stale_after is -1"),
         (message(|f| f.safe[0] = 101.0), "failsafe.safe[0] is 101, but must be within the actuator's limits"),
         (message(|f| f.safe.truncate(1)), "failsafe.safe has 1 entries"),
@@ -137,7 +138,7 @@ fn what_cannot_be_is_refused_with_its_key() {
             "failsafe.sensors.speed.from is 'depth'",
         ),
     ] {
-        assert!(words.starts_with(expected), "{words}");
+        assert!(message_text.starts_with(expected), "{message_text}");
     }
     let mut other = design();
     let sensor = Sensor { error: 0.1, rate: 1.0, ..Sensor::default() };
@@ -145,9 +146,9 @@ fn what_cannot_be_is_refused_with_its_key() {
     assert!(other.validate().unwrap_err().to_string().contains("'heave'"));
 }
 
-/// A depth that is lost while its reference is still on its way from where the autopilot took over.
+/// Loses the depth sensor while its reference is still in the transition that began at the engagement.
 #[test]
-fn a_lost_depth_holds_its_reference_in_the_middle_of_a_transition() {
+fn lost_depth_holds_reference_during_transition() {
     let mut design = example::two_degrees();
     design.controller_inputs[3] = example::input("depth", Kind::Measurement, 2.0);
     design.controller_inputs[1] = example::input("depth", Kind::Reference, 2.0);

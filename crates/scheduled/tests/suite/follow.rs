@@ -1,11 +1,12 @@
-//! Following commands that are not the autopilot's, and taking over from them.
+//! Following the commands of another source, and taking over from it.
 
 use crate::example::{self, DEPTH, PITCH, SPEED};
 use nalgebra::{DMatrix, dmatrix};
 use proptest::prelude::*;
 use squid_scheduled::*;
 
-/// Two states, three actuators; the state acts on the commands through Cu alone, and the gain is its pseudo-inverse.
+/// Returns a design with two states and three actuators, whose state acts on the commands through Cu alone; the gain is
+/// the pseudo-inverse of Cu.
 fn design() -> ControllerDesign {
     let mut design = example::two_degrees();
     for actuator in &mut design.actuators {
@@ -30,7 +31,7 @@ fn started(design: &ControllerDesign) -> Autopilot {
     autopilot
 }
 
-/// What the autopilot commands next from a state.
+/// Returns the next commands of the autopilot from a state.
 fn reachable(autopilot: &Autopilot, inputs: &Inputs, state: [f64; 2]) -> Vec<f64> {
     let mut other = autopilot.clone();
     let mut snapshot = other.snapshot();
@@ -41,16 +42,16 @@ fn reachable(autopilot: &Autopilot, inputs: &Inputs, state: [f64; 2]) -> Vec<f64
 }
 
 proptest! {
-    /// The next command is what was applied, and a second call changes nothing.
+    /// Checks that the next command is the applied one, and that a second call changes nothing.
     #[test]
-    fn the_next_command_is_the_applied_one(
+    fn next_command_is_the_applied_one(
         pitch in -0.2..0.2f64,
         speed in 1.0..2.5f64,
         state in prop::array::uniform2(-0.05..0.05f64),
     ) {
         let mut autopilot = started(&design());
         let now = inputs(pitch, speed);
-        // The references go to the measured values first.
+        // The first call moves the references to the measured values.
         autopilot.follow(&now, &[0.0; 3]).unwrap();
         let applied = reachable(&autopilot, &now, state);
         prop_assume!(applied.iter().all(|command| command.abs() < 49.0));
@@ -67,16 +68,17 @@ proptest! {
         }
     }
 
-    /// From whatever was applied the commands open in a second to the limits, whatever the controller wants.
+    /// Checks that the range of the commands opens within a second from any applied command, for any command of the
+    /// controller.
     #[test]
-    fn the_commands_open_within_a_second(
+    fn commands_open_within_a_second(
         applied in prop::array::uniform3(-50.0..50.0f64),
-        turned in prop::array::uniform3(-1.0..1.0f64),
+        deviation in prop::array::uniform3(-1.0..1.0f64),
     ) {
         let mut autopilot = started(&design());
         autopilot.follow(&inputs(-0.01, 1.749), &applied).unwrap();
-        let mut now = inputs(turned[0], 1.75 + turned[1]);
-        now.references[0] = turned[2];
+        let mut now = inputs(deviation[0], 1.75 + deviation[1]);
+        now.references[0] = deviation[2];
         for tick in 0..50 {
             prop_assert!(autopilot.opens());
             autopilot.tick(&now).unwrap();
@@ -89,9 +91,9 @@ proptest! {
     }
 }
 
-/// While it follows, references are where the vehicle is; then they go to what is asked through two lags of 1 s.
+/// Checks that references start at the measured values and go to the request through two lags of 1 s.
 #[test]
-fn references_begin_where_the_vehicle_is() {
+fn references_start_at_measured_values() {
     let design = design();
     let mut autopilot = started(&design);
     let now = inputs(-0.05, 1.5);
@@ -105,8 +107,8 @@ fn references_begin_where_the_vehicle_is() {
     for tick in 0..ticks {
         autopilot.tick(&now).unwrap();
         let time = tick as f64 * design.sample_time;
-        let left = 0.15 * (1.0 + time) * (-time).exp();
-        assert!((autopilot.references()[PITCH] - (0.1 - left)).abs() < 1e-9);
+        let remaining = 0.15 * (1.0 + time) * (-time).exp();
+        assert!((autopilot.references()[PITCH] - (0.1 - remaining)).abs() < 1e-9);
     }
     for _ in 0..10 * ticks {
         autopilot.tick(&now).unwrap();
@@ -116,9 +118,9 @@ fn references_begin_where_the_vehicle_is() {
     assert!(!autopilot.outputs().reference_limited);
 }
 
-/// Delayed commands are the applied ones until the controller's own come out.
+/// Checks that the delayed commands are the applied ones until those of the controller are output.
 #[test]
-fn what_is_delayed_is_what_was_applied() {
+fn delay_holds_applied_commands() {
     let design = ControllerDesign { delay_ticks: 2, ..design() };
     let mut autopilot = started(&design);
     let now = inputs(-0.01, 1.749);
@@ -129,30 +131,30 @@ fn what_is_delayed_is_what_was_applied() {
     }
 }
 
-/// A limit that is not the design's acts on the states as one of the design.
+/// Checks that an external limit acts on the states like one of the design.
 #[test]
-fn limits_beyond_the_own_are_fed_back() {
+fn feeds_back_external_limits() {
     let gain = vec![vec![-0.3, 0.2, 0.1], vec![0.4, -0.1, 0.5]];
     let design = ControllerDesign { anti_windup: Some(gain.clone()), ..design() };
     let mut autopilot = started(&design);
     autopilot.tick(&inputs(-0.01, 1.749)).unwrap();
-    let (before, put_out) = (autopilot.snapshot(), autopilot.outputs().commands.clone());
-    autopilot.feed_back(&put_out).unwrap();
+    let (before, commands) = (autopilot.snapshot(), autopilot.outputs().commands.clone());
+    autopilot.feed_back(&commands).unwrap();
     assert_eq!(autopilot.snapshot(), before, "what came out is what was applied");
     let applied: Vec<f64> =
-        put_out.iter().zip([1.0, 0.0, -2.0]).map(|(command, cut)| command - cut).collect();
+        commands.iter().zip([1.0, 0.0, -2.0]).map(|(command, cut)| command - cut).collect();
     autopilot.feed_back(&applied).unwrap();
     let cut = dmatrix![1.0; 0.0; -2.0] / design.actuators[0].scale;
     let implicit = DMatrix::identity(2, 2) - dmatrix![-0.5, 1.0; -1.0, -2.0] * (0.5 * design.sample_time);
-    let moved = implicit.try_inverse().unwrap() * DMatrix::from_fn(2, 3, |i, j| gain[i][j]) * cut;
+    let expected = implicit.try_inverse().unwrap() * DMatrix::from_fn(2, 3, |i, j| gain[i][j]) * cut;
     for (i, state) in autopilot.snapshot().state.iter().enumerate() {
-        assert!((state - before.state[i] - design.sample_time * moved[i]).abs() < 1e-12);
+        assert!((state - before.state[i] - design.sample_time * expected[i]).abs() < 1e-12);
     }
 }
 
-/// Gains over rho are linear in between.
+/// Checks that gains are interpolated linearly over rho.
 #[test]
-fn gains_are_linear_in_between() {
+fn interpolates_gains_linearly() {
     let at = |gains: &[f64], speed: f64| {
         let rows = |gain: &f64| vec![vec![*gain, 0.0, 0.0], vec![0.0, *gain, 0.0]];
         let design = ControllerDesign { follow: gains.iter().map(rows).collect(), ..design() };
@@ -169,14 +171,14 @@ fn gains_are_linear_in_between() {
 }
 
 #[test]
-fn what_is_no_command_or_gain_is_refused() {
+fn rejects_invalid_commands_and_gains() {
     let mut autopilot = started(&design());
     let now = inputs(-0.01, 1.749);
     for value in [f64::NAN, f64::INFINITY, -500.1] {
-        let words = autopilot.follow(&now, &[0.0, value, 0.0]).unwrap_err().to_string();
-        assert!(words.starts_with(&format!("the applied command of thruster_2 is {value} N")), "{words}");
-        assert!(words.contains("500 N"), "{words}");
-        assert_eq!(autopilot.feed_back(&[value, 0.0, 0.0]).unwrap_err().to_string().len(), words.len());
+        let message = autopilot.follow(&now, &[0.0, value, 0.0]).unwrap_err().to_string();
+        assert!(message.starts_with(&format!("the applied command of thruster_2 is {value} N")), "{message}");
+        assert!(message.contains("500 N"), "{message}");
+        assert_eq!(autopilot.feed_back(&[value, 0.0, 0.0]).unwrap_err().to_string().len(), message.len());
     }
     let mut short = design();
     short.follow[0].pop();

@@ -1,4 +1,4 @@
-//! The reference governor: references yield while an actuator that steers stays at its limit, and return.
+//! Reference governor: references yield while a steering actuator stays at its limit, and return.
 
 use crate::example::{self, PITCH, SPEED};
 use proptest::prelude::*;
@@ -8,7 +8,7 @@ use squid_scheduled::*;
 const HELD_TICKS: usize = 50;
 const MEASURED: f64 = -0.31;
 
-/// The first thruster steers pitch and is weak; the others push along the hull.
+/// Returns a design whose first thruster steers pitch and is weak; the others push along the hull.
 fn design() -> ControllerDesign {
     let mut design = example::two_degrees();
     design.actuators[0].steers = vec!["pitch".into()];
@@ -19,7 +19,7 @@ fn design() -> ControllerDesign {
     design
 }
 
-/// What is measured and asked at 1.9 m/s.
+/// Returns measurements and references at 1.9 m/s.
 fn inputs(pitch: f64, reference: f64) -> Inputs {
     Inputs { measured: vec![pitch, 1.9, 0.0, 0.0, 0.0], references: vec![reference, 1.9, 0.0] }
 }
@@ -30,31 +30,31 @@ fn started(design: &ControllerDesign) -> Autopilot {
     autopilot
 }
 
-/// An autopilot that was asked in vain for so many ticks, and the reference of pitch at each.
+/// Returns an autopilot after a number of ticks with an unreachable pitch request, and its pitch reference at each.
 fn held(design: &ControllerDesign, ticks: usize) -> (Autopilot, Vec<f64>) {
     let mut autopilot = started(design);
-    let used = (0..ticks).map(|_| {
+    let references = (0..ticks).map(|_| {
         autopilot.tick(&inputs(MEASURED, 0.4)).unwrap();
         assert!(autopilot.saturation()[0].now);
         autopilot.references()[PITCH]
     });
-    let used = used.collect();
-    (autopilot, used)
+    let references = references.collect();
+    (autopilot, references)
 }
 
 #[test]
-fn a_reference_yields_to_what_is_measured_after_a_second() {
-    let (_, used) = held(&design(), 200);
-    assert!(used[..HELD_TICKS].iter().all(|one| *one == 0.4), "{used:?}");
-    for (index, one) in used[HELD_TICKS..].iter().enumerate() {
-        let left = (-0.02 / 0.3 * (index + 1) as f64).exp();
-        let expected = MEASURED + left * (0.4 - MEASURED);
+fn reference_yields_to_measurement_after_a_second() {
+    let (_, references) = held(&design(), 200);
+    assert!(references[..HELD_TICKS].iter().all(|one| *one == 0.4), "{references:?}");
+    for (index, one) in references[HELD_TICKS..].iter().enumerate() {
+        let remaining = (-0.02 / 0.3 * (index + 1) as f64).exp();
+        let expected = MEASURED + remaining * (0.4 - MEASURED);
         assert!((one - expected).abs() < 1e-12, "{index}: {one} {expected}");
     }
 }
 
 #[test]
-fn it_stays_within_its_range() {
+fn yielding_reference_stays_in_range() {
     let mut autopilot = started(&design());
     for _ in 0..400 {
         autopilot.tick(&inputs(-0.9, 0.4)).unwrap();
@@ -63,16 +63,16 @@ fn it_stays_within_its_range() {
 }
 
 #[test]
-fn only_the_actuators_that_steer_make_it_yield() {
+fn yields_only_to_steering_actuators() {
     let mut other = design();
     other.actuators[0].steers = vec![];
-    let (autopilot, used) = held(&other, 200);
-    assert!(used.iter().all(|one| *one == 0.4));
+    let (autopilot, references) = held(&other, 200);
+    assert!(references.iter().all(|one| *one == 0.4));
     assert_eq!(autopilot.saturation()[0], Saturation { now: true, ticks: HELD_TICKS as u32 });
 }
 
 #[test]
-fn it_returns_to_what_is_asked_within_its_rate_and_arrives() {
+fn returns_to_request_within_rate_limit() {
     let mut quick = design();
     (quick.actuators[0].minimum, quick.actuators[0].maximum) = (-5.0, 5.0);
     let mut slow = quick.clone();
@@ -83,7 +83,7 @@ fn it_returns_to_what_is_asked_within_its_rate_and_arrives() {
             autopilot.tick(&inputs(MEASURED, 0.4)).unwrap();
         }
         assert!(autopilot.references()[PITCH] < 0.3, "{:?}", autopilot.references());
-        // What is measured is what is asked now: the command comes off its limit.
+        // The measurement equals the request from here on: the command leaves its limit.
         for _ in 0..60 {
             autopilot.tick(&inputs(0.4, 0.4)).unwrap();
         }
@@ -103,22 +103,22 @@ fn it_returns_to_what_is_asked_within_its_rate_and_arrives() {
     assert!(!free.outputs().reference_limited);
 }
 
-/// What is asked may change on the way: the reference is between where it was and what is asked now.
+/// Checks that after a change of the request the reference stays between its start and the new request.
 #[test]
-fn it_is_between_its_start_and_what_is_asked_now() {
-    let (mut autopilot, used) = held(&design(), 200);
-    let start = used[199];
-    for asked in [0.4, 0.1, -0.2, 0.3] {
+fn stays_between_start_and_changed_request() {
+    let (mut autopilot, references) = held(&design(), 200);
+    let start = references[199];
+    for request in [0.4, 0.1, -0.2, 0.3] {
         for _ in 0..5 {
-            autopilot.tick(&inputs(autopilot.references()[PITCH], asked)).unwrap();
+            autopilot.tick(&inputs(autopilot.references()[PITCH], request)).unwrap();
             let now = autopilot.references()[PITCH];
-            assert!((start.min(asked)..=start.max(asked)).contains(&now), "{asked}: {now}");
+            assert!((start.min(request)..=start.max(request)).contains(&now), "{request}: {now}");
         }
     }
 }
 
 #[test]
-fn what_pushes_does_not_push_back_while_another_steers_at_its_limit() {
+fn thrusters_do_not_brake_while_steering_is_saturated() {
     let braked = |steers: bool| {
         let mut design = design();
         if !steers {
@@ -128,7 +128,7 @@ fn what_pushes_does_not_push_back_while_another_steers_at_its_limit() {
         let mut least = f64::INFINITY;
         for _ in 0..100 {
             let mut at = inputs(MEASURED, 0.4);
-            // Far too fast: the thrusters would brake.
+            // The speed is far too high: the thrusters would brake.
             at.measured[SPEED] = 2.9;
             autopilot.tick(&at).unwrap();
             assert!(autopilot.saturation()[0].now);
@@ -141,7 +141,7 @@ fn what_pushes_does_not_push_back_while_another_steers_at_its_limit() {
 }
 
 #[test]
-fn a_snapshot_has_all_of_it() {
+fn snapshot_restores_governor() {
     let (mut one, _) = held(&design(), 70);
     let mut other = started(&design());
     other.restore(&one.snapshot()).unwrap();
@@ -155,7 +155,7 @@ fn a_snapshot_has_all_of_it() {
 }
 
 #[test]
-fn what_cannot_be_steered_is_refused() {
+fn rejects_signals_that_cannot_be_steered() {
     for name in ["speed", "heave", "thruster_1"] {
         let mut design = design();
         design.actuators[2].steers = vec![name.to_owned()];
@@ -167,7 +167,7 @@ fn what_cannot_be_steered_is_refused() {
 }
 
 proptest! {
-    /// Against central differences, while a reference yields and on its way back.
+    /// Compares with central differences, while a reference yields and during its return.
     #[test]
     fn tangents_are_derivatives(
         pitch in -0.4..0.4f64,

@@ -1,4 +1,4 @@
-//! The control law with references and measurements as inputs, and the filter of the speed reference.
+//! Control law with references and measurements as inputs, and the filter of the speed reference.
 
 use crate::example::{self, DEPTH, HEAVE, PITCH, RATE, SPEED, level};
 use proptest::prelude::*;
@@ -36,7 +36,7 @@ fn assert_close(found: &[f64], expected: &[f64], tolerance: f64) {
 }
 
 proptest! {
-    /// K (r - y) with r and y as separate inputs: the level trim that is subtracted from both cancels.
+    /// Checks K (r - y) with r and y as separate inputs: the level trim that is subtracted from both cancels.
     #[test]
     fn references_less_measurements_are_errors(flight in prop::collection::vec(inputs(), 1..30)) {
         let (mut errors, mut both) = (started(&example::design()), started(&example::two_degrees()));
@@ -49,9 +49,10 @@ proptest! {
         }
     }
 
-    /// The command of tick k is put out at tick k + d, before that the first one; nothing else is delayed.
+    /// Checks that the command of tick k is output at tick k + d, until then the first one, and that nothing else is
+    /// delayed.
     #[test]
-    fn a_delay_shifts_the_commands(flight in prop::collection::vec(inputs(), 1..30), delay_ticks in 0..11usize) {
+    fn delay_shifts_commands(flight in prop::collection::vec(inputs(), 1..30), delay_ticks in 0..11usize) {
         let mut prompt = started(&filtered(0.7));
         let mut late = started(&ControllerDesign { delay_ticks, ..filtered(0.7) });
         let mut commands = vec![prompt.outputs().commands.clone(); delay_ticks];
@@ -67,7 +68,7 @@ proptest! {
 
     /// V_r(k Ts) = r + (V_r(0) - r) exp(-w_r k Ts) under a constant reference, for any communication points.
     #[test]
-    fn the_filter_is_the_exact_exponential(
+    fn filter_is_exact_exponential(
         bandwidth in 0.01..200.0f64,
         reference in 0.5..3.0f64,
         cuts in prop::collection::vec(1u32..40, 1..20),
@@ -85,7 +86,7 @@ proptest! {
     }
 
     #[test]
-    fn a_snapshot_contains_the_filter_and_delayed_commands(
+    fn snapshot_contains_filter_and_delayed_commands(
         before in prop::collection::vec(inputs(), 1..20),
         after in prop::collection::vec(inputs(), 1..20),
     ) {
@@ -104,7 +105,8 @@ proptest! {
         }
     }
 
-    /// Against central differences, away from the breakpoints of the trim table, initially and in a transient of V_r.
+    /// Compares with central differences, away from the breakpoints of the trim table, initially and in a transient of
+    /// V_r.
     #[test]
     fn tangents_are_derivatives(at in inputs(), direction in inputs(), initial: bool, delay_ticks in 0..2usize) {
         let near = |speed: f64| [0.49, 1.749, 3.0].iter().any(|corner| (speed - corner).abs() < 1e-3);
@@ -136,7 +138,7 @@ proptest! {
     }
 }
 
-/// A gain on each kind of input, computed by hand: `u = D y` on the first actuator.
+/// Compares a gain on each kind of input with hand calculation: `u = D y` on the first actuator.
 #[test]
 fn inputs_are_deviations_from_the_level_trim_at_the_filtered_reference() {
     let kinds = [
@@ -173,7 +175,7 @@ fn inputs_are_deviations_from_the_level_trim_at_the_filtered_reference() {
 }
 
 #[test]
-fn level_flight_leaves_the_trim() {
+fn level_flight_keeps_trim_commands() {
     let mut autopilot = started(&filtered(0.5));
     for speed in [0.5, 1.749, 2.8] {
         let level = level(autopilot.trim(), speed, 7.0);
@@ -184,9 +186,9 @@ fn level_flight_leaves_the_trim() {
     }
 }
 
-/// Depths are measured from the initial one: a flight is the same to the bit at any initial depth.
+/// Checks that depths count from the initial one: a flight is the same to the bit at any initial depth.
 #[test]
-fn a_flight_does_not_depend_on_its_initial_depth() {
+fn flight_does_not_depend_on_initial_depth() {
     let mut design = filtered(0.5);
     design.controller_inputs[0] = example::input("depth", Kind::Reference, 2.0);
     design.controller_inputs[2] = example::input("depth", Kind::Measurement, 2.0);
@@ -224,7 +226,7 @@ fn a_flight_does_not_depend_on_its_initial_depth() {
 }
 
 #[test]
-fn a_mismatched_snapshot_is_rejected() {
+fn rejects_mismatched_snapshot() {
     let mut autopilot = started(&filtered(0.5));
     let good = autopilot.snapshot();
     for (change, expected) in [
@@ -240,9 +242,9 @@ fn a_mismatched_snapshot_is_rejected() {
     }
 }
 
-/// Feedforward, level flight and trim pitch are those at the measured speed, whatever the reference.
+/// Checks that feedforward, level flight and trim pitch are those at the measured speed, for any reference.
 #[test]
-fn an_imposed_speed_replaces_the_reference() {
+fn imposed_speed_replaces_reference() {
     let given = || {
         let mut design = example::two_degrees();
         design.controller_inputs[2] = example::input("pitch_rate", Kind::Measurement, 0.3);
@@ -252,20 +254,20 @@ fn an_imposed_speed_replaces_the_reference() {
     free.speed_given = false;
     assert_eq!((given().follows(SPEED), given().measures(SPEED), free.follows(SPEED)), (false, true, true));
     let (mut one, mut other) = (started(&given()), started(&free));
-    for (measured, wanted) in [(1.1, 2.0), (2.4, 0.7), (0.6, 0.6)] {
+    for (measured, reference) in [(1.1, 2.0), (2.4, 0.7), (0.6, 0.6)] {
         let at = |reference| Inputs {
             measured: vec![0.02, measured, 0.0, 0.01, 0.0],
             references: vec![0.05, reference, 0.0],
         };
-        one.tick(&at(wanted)).unwrap();
+        one.tick(&at(reference)).unwrap();
         other.tick(&at(measured)).unwrap();
         assert_eq!(one.outputs(), other.outputs());
         let direction = Inputs { measured: vec![0.0, 1.0, 0.0, 0.0, 0.0], references: vec![0.0, 5.0, 0.0] };
-        let tangents = one.tangents(false, &at(wanted), &direction).unwrap();
+        let tangents = one.tangents(false, &at(reference), &direction).unwrap();
         let by = 1e-6;
         let moved = Inputs {
             measured: vec![0.02, measured + by, 0.0, 0.01, 0.0],
-            references: vec![0.05, wanted, 0.0],
+            references: vec![0.05, reference, 0.0],
         };
         let there = one.tangents(false, &moved, &direction).unwrap();
         for ((slope, before), after) in tangents.commands.iter().zip(&tangents.computed).zip(there.computed) {

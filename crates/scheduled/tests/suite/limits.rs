@@ -29,7 +29,7 @@ fn started(design: &ControllerDesign) -> Autopilot {
 }
 
 #[test]
-fn it_does_nothing_within_the_limits() {
+fn has_no_effect_within_limits() {
     let (mut with, mut without) =
         (started(&with_gain(example::two_degrees())), started(&example::two_degrees()));
     for tick in 0..50 {
@@ -40,9 +40,9 @@ fn it_does_nothing_within_the_limits() {
     }
 }
 
-/// `(I - A T/2)^-1 T E phi` is added to the states, phi in units of the scales.
+/// Checks that `(I - A T/2)^-1 T E phi` is added to the states, phi in units of the scales.
 #[test]
-fn it_adds_the_excess_to_the_states() {
+fn adds_excess_to_states() {
     let wanted = inputs(1.5);
     let (mut with, mut without, mut free) =
         (started(&with_gain(limited(50.0))), started(&limited(50.0)), started(&limited(1e6)));
@@ -65,7 +65,7 @@ fn it_adds_the_excess_to_the_states() {
 }
 
 #[test]
-fn the_gain_is_read_back() {
+fn gain_round_trips() {
     let design = with_gain(example::two_degrees());
     let json = design.to_json().unwrap();
     assert_eq!(ControllerDesign::from_json(&json).unwrap(), design);

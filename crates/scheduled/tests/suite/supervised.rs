@@ -1,18 +1,18 @@
-//! A supervised autopilot with limits of all references, flown with anything: commands stay within their limits,
-//! references within the envelope, and after it all is as if nothing had happened.
+//! Supervised autopilot with limits of all references under arbitrary inputs: commands stay within their limits,
+//! references within the envelope, and the state recovers completely afterwards.
 
 use crate::example::{self, DEPTH, PITCH, RATE, SPEED};
 use proptest::prelude::*;
 use squid_scheduled::*;
 
-/// The limits of the references: range of pitch and of speed, rate of speed and of depth.
+/// Limits of the references: range of pitch and of speed, rate of speed and of depth.
 const PITCHES: [f64; 2] = [-0.5, 0.5];
 const SPEEDS: [f64; 2] = [0.6, 2.9];
 const SPEED_RATES: [f64; 2] = [-0.5, 0.4];
 const DEPTH_RATES: [f64; 2] = [-0.3, 0.3];
 const TICK: f64 = 0.02;
 
-/// Pitch, speed and depth are followed and measured, and the rate of pitch is measured.
+/// Returns a design that tracks and measures pitch, speed and depth, and measures the rate of pitch.
 pub fn design() -> ControllerDesign {
     let mut design = example::two_degrees();
     let more = [
@@ -54,19 +54,19 @@ pub fn design() -> ControllerDesign {
     design
 }
 
-/// Level flight at 1.9 m/s in 20 m.
+/// Returns the inputs of level flight at 1.9 m/s in 20 m.
 pub fn level() -> Inputs {
     Inputs { measured: vec![-0.009, 1.9, 20.0, 0.0, 0.0], references: vec![-0.009, 1.9, 20.0] }
 }
 
-/// An autopilot with its supervisor, as the FMU has them.
+/// Autopilot with its supervisor, as in the FMU.
 #[derive(Clone)]
-pub struct Flown {
+pub struct Flight {
     pub autopilot: Autopilot,
     pub supervisor: Supervisor,
 }
 
-impl Flown {
+impl Flight {
     pub fn new(design: &ControllerDesign, at: &Inputs) -> Self {
         let mut autopilot = Autopilot::new(design).unwrap();
         autopilot.initialise(0.0, at).unwrap();
@@ -74,7 +74,7 @@ impl Flown {
         Self { autopilot, supervisor }
     }
 
-    /// A tick, after following what is applied if that is given.
+    /// Runs a tick, after following the applied commands if given.
     pub fn tick(
         &mut self,
         at: &Inputs,
@@ -90,7 +90,7 @@ impl Flown {
     }
 }
 
-/// Any number: of any bits, or of an ordinary size.
+/// Returns any number: of any bits, or of an ordinary size.
 fn any_number() -> impl Strategy<Value = f64> {
     prop_oneof![any::<u64>().prop_map(f64::from_bits), -1e3..1e3f64, -1.0..1.0f64]
 }
@@ -99,7 +99,7 @@ fn any_numbers(count: usize) -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(any_number(), count)
 }
 
-/// A measurement that no vehicle makes, or none: what could be true is another matter.
+/// Returns an impossible measurement or the level value: plausible wrong values are tested elsewhere.
 fn impossible_or(level: f64) -> impl Strategy<Value = f64> {
     let number = any::<u64>().prop_map(f64::from_bits);
     number.prop_map(move |one| if one.abs() < 100.0 { level } else { one })
@@ -118,117 +118,118 @@ proptest! {
         ),
     ) {
         let design = design();
-        let mut flown = Flown::new(&design, &level());
+        let mut flight = Flight::new(&design, &level());
         let all = [true; 5];
         for _ in 0..100 {
-            flown.tick(&level(), &all, None).unwrap();
+            flight.tick(&level(), &all, None).unwrap();
         }
-        let mut undisturbed = flown.clone();
+        let mut undisturbed = flight.clone();
         for (measured, references, applied, valid, what) in rows {
             let at = Inputs { measured, references };
             if what == 0 {
-                _ = flown.autopilot.feed_back(&applied);
+                _ = flight.autopilot.feed_back(&applied);
             }
-            _ = flown.tick(&at, &valid, (what == 1).then_some(&applied));
-            for (command, actuator) in flown.supervisor.commands().iter().zip(&design.actuators) {
+            _ = flight.tick(&at, &valid, (what == 1).then_some(&applied));
+            for (command, actuator) in flight.supervisor.commands().iter().zip(&design.actuators) {
                 prop_assert!((actuator.minimum..=actuator.maximum).contains(command), "{}", command);
             }
         }
         for tick in 0..1500 {
             let mut at = level();
             at.measured.iter_mut().for_each(|one| *one += 1e-6 * f64::from(tick % 2));
-            flown.tick(&at, &all, None).unwrap();
+            flight.tick(&at, &all, None).unwrap();
             undisturbed.tick(&at, &all, None).unwrap();
         }
-        prop_assert_eq!(flown.supervisor.health(&flown.autopilot), Health::Ok);
-        for (one, other) in flown.supervisor.commands().iter().zip(undisturbed.supervisor.commands()) {
+        prop_assert_eq!(flight.supervisor.health(&flight.autopilot), Health::Ok);
+        for (one, other) in flight.supervisor.commands().iter().zip(undisturbed.supervisor.commands()) {
             prop_assert!((one - other).abs() < 1e-2, "{} {}", one, other);
         }
     }
 
-    /// Also while it is engaged, and whatever is asked. While it follows, a reference is where the vehicle is.
+    /// Checks any requests while engaged and while following, when a reference is at the measured value.
     #[test]
-    fn references_stay_in_the_envelope(
+    fn references_stay_in_envelope(
         rows in prop::collection::vec(
             (any_numbers(3), -0.4..0.4f64, 0.7..2.8f64, -2.0..2.0f64, 0..6, 1..40),
             1..20,
         ),
     ) {
-        let mut flown = Flown::new(&design(), &level());
+        let mut flight = Flight::new(&design(), &level());
         let mut at = level();
-        let mut last = flown.autopilot.references().to_vec();
+        let mut last = flight.autopilot.references().to_vec();
         let mut time = 0.0;
-        for (asked, pitch, speed, sinks, what, ticks) in rows {
-            let asked = asked.into_iter().map(|one| if one.is_finite() { one } else { 0.0 });
-            at.references = asked.collect();
+        for (request, pitch, speed, sinks, what, ticks) in rows {
+            let request = request.into_iter().map(|one| if one.is_finite() { one } else { 0.0 });
+            at.references = request.collect();
             for tick in 0..ticks {
-                // A vehicle that moves as one can, so that no sensor is lost.
+                // The vehicle moves within the limits of its sensors, so that none is lost.
                 let towards = |now: f64, goal: f64| now + (goal - now).clamp(-0.015, 0.015);
                 at.measured[RATE] = (towards(at.measured[PITCH], pitch) - at.measured[PITCH]) / TICK;
                 at.measured[PITCH] = towards(at.measured[PITCH], pitch);
                 at.measured[SPEED] = towards(at.measured[SPEED], speed + 1e-9 * ((time / TICK).round() % 2.0));
                 at.measured[DEPTH] += TICK * sinks;
                 let follows = what == 0 || what == 1 && tick == 0;
-                // Before the tick: in its course the actuator may leave its limit.
-                let yields = flown.autopilot.saturation()[0].ticks >= flown.autopilot.yielding().1;
-                let health = flown.tick(&at, &[true; 5], follows.then_some(&[1.0, 2.0, 3.0])).unwrap();
+                // The saturation before the tick counts: during the tick the actuator may leave its limit.
+                let yields = flight.autopilot.saturation()[0].ticks >= flight.autopilot.yielding().1;
+                let health = flight.tick(&at, &[true; 5], follows.then_some(&[1.0, 2.0, 3.0])).unwrap();
                 time += TICK;
-                let used = flown.autopilot.references();
-                prop_assert!((PITCHES[0]..=PITCHES[1]).contains(&used[PITCH]));
-                prop_assert!((SPEEDS[0]..=SPEEDS[1]).contains(&used[SPEED]));
+                let references = flight.autopilot.references();
+                prop_assert!((PITCHES[0]..=PITCHES[1]).contains(&references[PITCH]));
+                prop_assert!((SPEEDS[0]..=SPEEDS[1]).contains(&references[SPEED]));
                 for (signal, rates) in [(SPEED, SPEED_RATES), (DEPTH, DEPTH_RATES)] {
-                    let rate = (used[signal] - last[signal]) / TICK;
+                    let rate = (references[signal] - last[signal]) / TICK;
                     let is_free = follows || yields && signal == DEPTH || health == Health::Failed;
                     let within = rates[0] - 1e-9 <= rate && rate <= rates[1] + 1e-9;
                     prop_assert!(is_free || within, "{} at {} s: {}", signal, time, rate);
                 }
-                last.copy_from_slice(used);
+                last.copy_from_slice(references);
             }
         }
     }
 }
 
-/// Asked for 25 deg at the engagement and for -5 deg 0.1 s later, the reference is never below that.
+/// Requests 25 deg or more at the engagement and -5 deg 0.1 s later; the reference never falls below that.
 #[test]
-fn what_was_asked_at_the_engagement_leaves_no_trace() {
+fn request_at_engagement_leaves_no_trace() {
     let [high, low] = [25f64, -5.0].map(f64::to_radians);
-    for asked in [high, 1e6, 1e300] {
-        let mut flown = Flown::new(&design(), &level());
+    for request in [high, 1e6, 1e300] {
+        let mut flight = Flight::new(&design(), &level());
         let mut at = level();
-        at.references[PITCH] = asked;
-        let applied = flown.supervisor.commands().to_vec();
-        flown.tick(&at, &[true; 5], Some(&applied)).unwrap();
-        (0..4).for_each(|_| _ = flown.tick(&at, &[true; 5], None).unwrap());
+        at.references[PITCH] = request;
+        let applied = flight.supervisor.commands().to_vec();
+        flight.tick(&at, &[true; 5], Some(&applied)).unwrap();
+        (0..4).for_each(|_| _ = flight.tick(&at, &[true; 5], None).unwrap());
         at.references[PITCH] = low;
-        let used = |flown: &mut Flown| {
-            flown.tick(&at, &[true; 5], None).unwrap();
-            flown.autopilot.references()[PITCH]
+        let references = |flight: &mut Flight| {
+            flight.tick(&at, &[true; 5], None).unwrap();
+            flight.autopilot.references()[PITCH]
         };
-        let all: Vec<f64> = (0..500).map(|_| used(&mut flown)).collect();
-        assert!(all.iter().all(|one| *one >= low - 1e-12), "{asked}: {all:?}");
+        let all: Vec<f64> = (0..500).map(|_| references(&mut flight)).collect();
+        assert!(all.iter().all(|one| *one >= low - 1e-12), "{request}: {all:?}");
         assert_eq!(all.last(), Some(&low));
     }
 }
 
-/// Engaged while the vehicle pitches and sinks: the references go on with its rates and arrive without a jump in rate.
+/// Engages while the vehicle pitches and sinks: the references continue with its rates and reach the request without a
+/// jump in rate.
 #[test]
-fn a_reference_begins_with_the_rate_of_the_vehicle() {
+fn references_start_with_rate_of_vehicle() {
     let (pitch_rate, pitch) = (0.08, -0.1);
     let mut at = level();
     (at.measured[RATE], at.measured[PITCH]) = (pitch_rate, pitch);
-    let mut flown = Flown::new(&design(), &at);
-    let applied = flown.supervisor.commands().to_vec();
-    let mut used = vec![];
+    let mut flight = Flight::new(&design(), &at);
+    let applied = flight.supervisor.commands().to_vec();
+    let mut references = vec![];
     for tick in 0..600 {
-        flown.tick(&at, &[true; 5], (tick == 0).then_some(&applied)).unwrap();
-        used.push(flown.autopilot.references().to_vec());
+        flight.tick(&at, &[true; 5], (tick == 0).then_some(&applied)).unwrap();
+        references.push(flight.autopilot.references().to_vec());
         at.measured[PITCH] = pitch + 1e-4 * f64::from(tick % 2);
         at.measured[RATE] = 1e-4 * f64::from(tick % 2);
         at.measured[DEPTH] = 20.0 + 1e-3 * f64::from(tick % 2);
     }
-    let rate = |signal: usize, tick: usize| (used[tick + 1][signal] - used[tick][signal]) / TICK;
+    let rate = |signal: usize, tick: usize| (references[tick + 1][signal] - references[tick][signal]) / TICK;
     assert!((rate(PITCH, 0) - pitch_rate).abs() < 0.01, "{}", rate(PITCH, 0));
-    let trim = flown.autopilot.trim().signal(1.9, PITCH, 0.0);
+    let trim = flight.autopilot.trim().signal(1.9, PITCH, 0.0);
     let sinks = -1.9 * (pitch - trim);
     assert!((rate(DEPTH, 0) - sinks).abs() < 0.02, "{} {sinks}", rate(DEPTH, 0));
     for signal in [PITCH, DEPTH] {
@@ -236,11 +237,11 @@ fn a_reference_begins_with_the_rate_of_the_vehicle() {
             (1..598).map(|tick| (rate(signal, tick) - rate(signal, tick - 1)).abs()).fold(0.0, f64::max);
         assert!(jump < 0.02, "{signal}: {jump}");
     }
-    assert_eq!(used[599], level().references);
+    assert_eq!(references[599], level().references);
 }
 
 #[test]
-fn what_is_meant_in_another_unit_is_refused_at_the_start() {
+fn rejects_inputs_in_wrong_units_at_start() {
     let refused = |change: fn(&mut Inputs)| {
         let mut at = level();
         change(&mut at);
