@@ -1,13 +1,13 @@
-//! Which actuators carry out a command of an angle or of speed, and in which unit the command is.
+//! Control allocation: the actuators that carry out a command of an angle or of speed, and the unit of that command.
 
 use crate::file::{Pid, Shares};
-use crate::gain::{Role, Unit, of_deflection, of_force, of_moment};
+use crate::gain::{Role, Unit, deflection_units, force_units, moment_units};
 use crate::refusal::not_allowed;
 use squid_auv::Actuator;
 use squid_auv::toml_file::FileError;
 use squid_lpv::matrix::{Mat, pseudo_inverse};
 
-/// What a command is.
+/// Physical kind of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drive {
     /// A deflection of control surfaces, rad.
@@ -19,36 +19,36 @@ pub enum Drive {
 }
 
 impl Drive {
-    /// The units of a gain to it.
+    /// Returns the units allowed for a gain to this kind of command.
     pub(crate) fn units(self, role: Role) -> Vec<Unit> {
         match self {
-            Self::Deflection => of_deflection(role),
-            Self::Moment => of_moment(role),
-            Self::Force => of_force(role),
+            Self::Deflection => deflection_units(role),
+            Self::Moment => moment_units(role),
+            Self::Force => force_units(role),
         }
     }
 }
 
-/// A command and its actuators.
+/// A command and its allocation to the actuators.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Allocation {
-    /// What the command is.
+    /// Kind of the command.
     pub drive: Drive,
-    /// The output of each actuator per command, N or rad.
+    /// Output of each actuator per unit of the command, N or rad.
     pub outputs: Vec<f64>,
     /// 1 if a positive command raises the angle or speeds the vehicle up, -1 if it does the opposite.
     pub sign: f64,
-    /// Whether the file states it.
+    /// `true` if the file gives the shares.
     pub stated: bool,
 }
 
-/// A smaller share of the largest, in units of reach, is rounding.
+/// Shares below this fraction of the largest, in units of reach, are rounding and set to 0.
 const LEAST_SHARE: f64 = 1e-6;
 
-/// The commands of the cascade: that of the angle, and that of speed unless it is given from outside.
+/// Allocates the commands of the cascade: the angle, and the speed unless its control is external.
 ///
-/// Without shares in the file they are the least outputs, in units of reach, for a moment without force along the hull
-/// and for such a force without moment, ahead at `speed` \[m/s\].
+/// Shares not given in the file are the least-norm outputs, in units of reach, for a moment without force along the
+/// hull, and for a force along the hull without moment, ahead at `speed` \[m/s\].
 pub(crate) fn allocations(
     pid: &Pid,
     actuators: &[Actuator],
@@ -74,9 +74,9 @@ pub(crate) fn allocations(
             None => {
                 let column: Vec<f64> = least.column(axis).iter().copied().collect();
                 let largest = column.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-                let kept =
+                let output =
                     |(v, reach): (&f64, &f64)| if v.abs() > LEAST_SHARE * largest { v * reach } else { 0.0 };
-                column.iter().zip(&reach).map(kept).collect()
+                column.iter().zip(&reach).map(output).collect()
             }
         };
         all.push(command(pid, names[axis], axis, actuators, outputs, rows[axis], stated[axis].as_ref())?);
@@ -84,7 +84,7 @@ pub(crate) fn allocations(
     Ok(all)
 }
 
-/// A command with outputs of its unit: one radian of the largest deflection, or one newton (metre) in all.
+/// Scales the outputs to a unit command: 1 rad of the largest deflection, or 1 N (1 N m) in total.
 fn command(
     pid: &Pid,
     name: &str,
@@ -100,9 +100,9 @@ fn command(
     let used = || actuators.iter().zip(&outputs).filter(|(_, output)| **output != 0.0).map(|(a, _)| a);
     let effect: f64 = outputs.iter().zip(effects).map(|(output, effect)| output * effect).sum();
     let turns = format!("turns the vehicle in {}", pid.turn.angle);
-    let does = [turns.as_str(), "pushes the vehicle along its hull"][axis];
+    let required = [turns.as_str(), "pushes the vehicle along its hull"][axis];
     if effect == 0.0 || !effect.is_finite() {
-        return refuse("without effect", &format!("of actuators of which one {does}"));
+        return refuse("without effect", &format!("of actuators of which one {required}"));
     }
     let surfaces = used().filter(|a| is_surface(a)).count();
     let (drive, unit) = match (axis, surfaces, used().count()) {
@@ -113,9 +113,9 @@ fn command(
             (Drive::Deflection, outputs.iter().fold(0.0, |most: f64, output| most.max(output.abs())))
         }
         _ => {
-            let words = "either of control surfaces, for gains such as \"deg/deg\", or of thrusters, for \"N.m/rad\": \
+            let allowed = "either of control surfaces, for gains such as \"deg/deg\", or of thrusters, for \"N.m/rad\": \
                          state it as { ACTUATOR = SHARE, ... }";
-            return refuse("of both control surfaces and thrusters", words);
+            return refuse("of both control surfaces and thrusters", allowed);
         }
     };
     let outputs = outputs.into_iter().map(|output| output / unit).collect();
@@ -123,7 +123,7 @@ fn command(
 }
 
 impl Shares {
-    /// The share of each actuator of a vehicle.
+    /// Returns the share of each actuator of a vehicle.
     fn outputs(&self, pid: &Pid, name: &str, actuators: &[Actuator]) -> Result<Vec<f64>, FileError> {
         if let Some((unknown, _)) =
             self.each.iter().find(|(name, _)| actuators.iter().all(|a| a.name != *name))

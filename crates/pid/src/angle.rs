@@ -1,24 +1,24 @@
-//! The angle that a PID controls.
+//! Angle controlled by a PID.
 
 use squid_auv::Actuator;
 use std::fmt::{Display, Formatter, Result};
 
-/// An angle of the vehicle.
+/// An attitude angle of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Angle {
-    /// theta, the bow up.
+    /// theta, positive bow up.
     Pitch,
-    /// psi, to starboard.
+    /// psi, positive to starboard.
     Heading,
-    /// phi, starboard down.
+    /// phi, positive starboard down.
     Roll,
 }
 
 impl Angle {
-    /// Every angle, pitch first.
+    /// All angles, pitch first.
     pub const ALL: [Self; 3] = [Self::Pitch, Self::Heading, Self::Roll];
 
-    /// Returns the name of its signal, and of its table in `[controller]`.
+    /// Returns the name of the angle's signal, which also names its table in `[controller]`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Pitch => "pitch",

@@ -1,7 +1,7 @@
-//! Gains in the files of autopilots that teams have, read as `[controller]`, and written back into the same files.
+//! Reads gains from the files of existing autopilots as `[controller]`, and writes them back into the same files.
 //!
-//! Each format has one table of keys, by which it is read and written. Numbers alone are replaced; every other byte of
-//! a file stays.
+//! Each format has one table of keys for both reading and writing. Only numbers are replaced; every other byte of a
+//! file stays.
 
 mod ardusub;
 mod cascade;
@@ -18,7 +18,7 @@ use squid_auv::toml_file::FileError;
 pub use form::{Export, Import, Imported, LeftOut, Missing};
 pub use source::Change;
 
-/// An autopilot with a file of gains.
+/// An autopilot whose gains are in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Autopilot {
     /// DUNE of LSTS, Porto.
@@ -31,10 +31,10 @@ pub enum Autopilot {
     Mss,
 }
 
-/// Reads the gains of an angle in a file; `missing` has what the file does not say.
+/// Reads the gains of an angle from a file; `missing` supplies what the file does not contain.
 ///
 /// # Errors
-/// [`FileError`] with the line and the key of what is missing, no number, negative, there twice, or ambiguous.
+/// [`FileError`] with line and key of a value that is missing, negative, duplicate, ambiguous or not a number.
 pub fn import(
     autopilot: Autopilot,
     angle: Angle,
@@ -53,7 +53,7 @@ pub fn import(
 /// Replaces the gains in a file.
 ///
 /// # Errors
-/// As [`import`]; [`FileError`] of `[controller]` with what the autopilot does not have.
+/// The errors of [`import`]; [`FileError`] of `[controller]` for terms that the autopilot does not have.
 pub fn export(
     autopilot: Autopilot,
     pid: &Pid,

@@ -5,29 +5,29 @@ use crate::gain::{Given, HIGHEST, Law};
 use squid_auv::toml_file::{Document, FileError, Table};
 use squid_lpv::weights::ReferenceModel;
 
-/// A PID cascade as a file gives it.
+/// A PID cascade as given in a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pid {
-    /// The file, for messages.
+    /// File name for messages.
     pub file: String,
-    /// The line of the table.
+    /// Line of the table.
     pub line: usize,
-    /// The loop of an angle: of pitch, of heading or of roll.
+    /// Loop of pitch, heading or roll.
     pub turn: TurnLoop,
-    /// Depth over pitch.
+    /// Depth loop around pitch.
     pub depth: Option<DepthLoop>,
-    /// The speed loop.
+    /// Speed loop.
     pub speed: Option<SpeedLoop>,
-    /// The actuators of the command of the angle, if given.
+    /// Shares of the actuators in the command of the angle, if given.
     pub turn_shares: Option<Shares>,
-    /// The actuators of the speed command, if given.
+    /// Shares of the actuators in the speed command, if given.
     pub speed_shares: Option<Shares>,
-    /// The time in which an integral gives way to a command at its limit, s; `kp/ki` of its loop if not given.
+    /// Tracking time of back-calculation (anti-windup), s; `kp/ki` of each loop if not given.
     pub tracking_time: Option<f64>,
 }
 
 impl Pid {
-    /// The gains of the command of the angle, of that of speed, and of the depth.
+    /// Returns the gains of the command of the angle, of that of speed, and of the depth.
     pub fn gains_mut(&mut self) -> [Vec<&mut Given>; 3] {
         let Self { turn, speed, depth, .. } = self;
         let TurnLoop { kp, ki, kd, feedforward, .. } = turn;
@@ -38,71 +38,71 @@ impl Pid {
     }
 }
 
-/// PID of an angle.
+/// PID loop of an angle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TurnLoop {
-    /// The angle, by the name of its signal and of its table; its rate is `ANGLE_rate`.
+    /// Controlled angle; it names the signal and the table, and its rate is `ANGLE_rate`.
     pub angle: Angle,
-    /// The line of the table.
+    /// Line of the table.
     pub line: usize,
-    /// On the error.
+    /// Gain on the error.
     pub kp: Given,
-    /// On its integral.
+    /// Gain on the integral of the error.
     pub ki: Option<Given>,
-    /// On the measured rate.
+    /// Gain on the measured rate.
     pub kd: Option<Given>,
-    /// The weight b of the reference in the proportional term.
+    /// Setpoint weight b of the reference in the proportional term.
     pub reference_weight: f64,
-    /// The model that the angle follows instead of the reference itself.
+    /// Reference model whose output the angle follows in place of the reference.
     pub model: Option<ReferenceModel>,
-    /// On the acceleration of the model.
+    /// Feedforward gain on the acceleration of the reference model.
     pub feedforward: Option<Given>,
-    /// Time constant of a filter of the rate, s; 0 for none.
+    /// Time constant of the filter of the rate, s; 0 for none.
     pub rolloff: f64,
 }
 
-/// P or PI of depth, whose output is the reference of pitch.
+/// P or PI loop of depth, whose output is the pitch reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthLoop {
-    /// The line of the table.
+    /// Line of the table.
     pub line: usize,
-    /// On the error.
+    /// Gain on the error.
     pub kp: Given,
-    /// On its integral.
+    /// Gain on the integral of the error.
     pub ki: Option<Given>,
 }
 
-/// P or PI of speed.
+/// P or PI loop of speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeedLoop {
-    /// The line of the table.
+    /// Line of the table.
     pub line: usize,
-    /// On the error.
+    /// Gain on the error.
     pub kp: Given,
-    /// On its integral.
+    /// Gain on the integral of the error.
     pub ki: Option<Given>,
-    /// The weight b of what the reference is ahead of its filter in the proportional term.
+    /// Setpoint weight b in the proportional term, on the speed reference minus its filtered value.
     pub reference_weight: f64,
-    /// Time constant of a filter of the measured speed in the proportional term, s; 0 for none.
+    /// Time constant of the filter of measured speed in the proportional term, s; 0 for none.
     pub rolloff: f64,
 }
 
-/// The shares of actuators in a command: their ratios and signs count.
+/// Shares of the actuators in a command; only their ratios and signs matter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shares {
-    /// The line of the table.
+    /// Line of the table.
     pub line: usize,
-    /// Actuator and share.
+    /// Name and share of each actuator.
     pub each: Vec<(String, f64)>,
 }
 
-/// Time constants and times, s.
+/// Upper limit of time constants and times, s.
 const LONGEST: f64 = 1e3;
 
-/// The forms of the integrator.
+/// Allowed values of `integrator`: the gain acts after or before the integrator.
 const FORMS: [&str; 2] = ["scheduled output", "scheduled input"];
 
-/// Reads a file that has `[controller]` alone.
+/// Reads a file that contains only `[controller]`.
 ///
 /// # Errors
 /// [`FileError`]: every mistake with file, line, key, its value and what is allowed.
@@ -121,7 +121,7 @@ pub fn read_file(text: &str, file: &str) -> Result<Pid, FileError> {
     document.finish(found)
 }
 
-/// Reads the table; `Some(None)` for `kind = "full"`, the controller that the design computes.
+/// Reads the table; `Some(None)` for `kind = "full"`, the synthesised controller.
 pub fn read(table: &Table<'_>, file: &str) -> Option<Option<Pid>> {
     let kind = table.one_of("kind", &["full", "pid"]);
     if kind == Some(0) {
@@ -222,8 +222,8 @@ fn depth(table: &Table<'_>) -> Option<DepthLoop> {
             Law::Table { .. } => true,
         });
         if scheduled {
-            let words = "one number: it multiplies the gains of pitch, which may depend on speed";
-            table.not_allowed(key, "a function of speed", words);
+            let allowed = "one number: it multiplies the gains of pitch, which may depend on speed";
+            table.not_allowed(key, "a function of speed", allowed);
         }
     };
     constant(&kp, "kp");
@@ -284,11 +284,11 @@ fn polynomial(gain: &Table<'_>) -> Option<Law> {
     if gain.has("degree") {
         gain.not_allowed("degree", "given", "left out beside 'value', whose length says it");
     }
-    let words = "a number, or up to three: the coefficients of 1, rho and rho^2 with rho from -1 at the lowest to 1 \
+    let allowed = "a number, or up to three: the coefficients of 1, rho and rho^2 with rho from -1 at the lowest to 1 \
                  at the highest speed";
-    let all = gain.numbers("value", words)?;
+    let all = gain.numbers("value", allowed)?;
     if all.len() > HIGHEST + 1 || all.is_empty() {
-        gain.not_allowed("value", format!("a list of {}", all.len()), words);
+        gain.not_allowed("value", format!("a list of {}", all.len()), allowed);
         return None;
     }
     Some(Law::Polynomial(all))
@@ -303,8 +303,8 @@ fn over_speed(gain: &Table<'_>) -> Option<Law> {
     let most = HIGHEST.min(points.len() - 1);
     let degree = gain.or("degree", most, |gain, key| gain.whole(key, |v| v <= HIGHEST, "from 0 to 2"))?;
     if degree >= points.len() {
-        let words = format!("{} points or more for a polynomial of degree {degree}", degree + 1);
-        gain.not_allowed("table", format!("{} points", points.len()), words);
+        let allowed = format!("{} points or more for a polynomial of degree {degree}", degree + 1);
+        gain.not_allowed("table", format!("{} points", points.len()), allowed);
         return None;
     }
     Some(Law::Table { points, degree })

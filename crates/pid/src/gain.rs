@@ -1,4 +1,4 @@
-//! A gain over speed: its units, and its polynomial in the scheduling parameter.
+//! A gain over speed: its units, and its polynomial in the scheduling parameter rho.
 
 use crate::refusal::refused;
 use squid_auv::toml_file::{FileError, FileProblem};
@@ -7,64 +7,64 @@ use squid_lpv::matrix::{Mat, pseudo_inverse};
 /// The highest power of rho.
 pub(crate) const HIGHEST: usize = 2;
 
-/// How a gain depends on speed.
+/// Dependence of a gain on speed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Law {
     /// Coefficients of 1, rho, rho^2.
     Polynomial(Vec<f64>),
-    /// Speeds \[m/s\] with gains, for a polynomial of this degree.
+    /// Gains at speeds \[m/s\], to be fitted by a polynomial.
     Table {
-        /// Increasing speeds, each with its gain.
+        /// Pairs of speed and gain, in increasing order of speed.
         points: Vec<[f64; 2]>,
-        /// The degree of the polynomial.
+        /// Degree of the fitted polynomial.
         degree: usize,
     },
 }
 
-/// A gain as a file gives it.
+/// A gain as given in a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Given {
-    /// Its key.
+    /// Full key in the file.
     pub key: String,
-    /// Its line.
+    /// Line in the file.
     pub line: usize,
-    /// Its unit.
+    /// Unit as written.
     pub unit: String,
-    /// Its dependence on speed.
+    /// Dependence on speed.
     pub law: Law,
 }
 
-/// What a polynomial leaves of a table.
+/// Largest misfit of a polynomial against its table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Misfit {
-    /// The key of the gain.
+    /// Key of the gain.
     pub key: String,
-    /// The largest distance from the table, linear between its points, relative to its largest gain.
+    /// Largest distance from the table, linearly interpolated, relative to the table's largest gain.
     pub relative: f64,
-    /// Where it is, m/s.
+    /// Speed of the largest misfit, m/s.
     pub speed: f64,
 }
 
-/// A unit with its value in SI.
+/// A unit and its value in SI.
 pub(crate) type Unit = (&'static str, f64);
 
 const PER_DEGREE: f64 = 180.0 / std::f64::consts::PI;
 
-/// What a gain multiplies: its units follow.
+/// Signal that a gain multiplies, which determines the gain's units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
-    /// On the error.
+    /// The error.
     Proportional,
-    /// On its integral.
+    /// The integral of the error.
     Integral,
-    /// On the rate.
+    /// The rate.
     Derivative,
-    /// On the acceleration of the reference model.
+    /// The acceleration of the reference model.
     Feedforward,
 }
 
-/// The units of a gain from pitch to a deflection.
-pub(crate) fn of_deflection(role: Role) -> Vec<Unit> {
+/// Returns the units of a gain from an angle to a deflection.
+pub(crate) fn deflection_units(role: Role) -> Vec<Unit> {
     match role {
         Role::Proportional => vec![("rad/rad", 1.0), ("deg/deg", 1.0)],
         Role::Integral => vec![("rad/(rad.s)", 1.0), ("deg/(deg.s)", 1.0), ("1/s", 1.0)],
@@ -73,8 +73,8 @@ pub(crate) fn of_deflection(role: Role) -> Vec<Unit> {
     }
 }
 
-/// The units of a gain from pitch to a moment.
-pub(crate) fn of_moment(role: Role) -> Vec<Unit> {
+/// Returns the units of a gain from an angle to a moment.
+pub(crate) fn moment_units(role: Role) -> Vec<Unit> {
     match role {
         Role::Proportional => vec![("N.m/rad", 1.0), ("N.m/deg", PER_DEGREE)],
         Role::Integral => vec![("N.m/(rad.s)", 1.0), ("N.m/(deg.s)", PER_DEGREE)],
@@ -83,13 +83,13 @@ pub(crate) fn of_moment(role: Role) -> Vec<Unit> {
     }
 }
 
-/// The units of a gain from speed to a force.
-pub(crate) fn of_force(role: Role) -> Vec<Unit> {
+/// Returns the units of a gain from speed to a force.
+pub(crate) fn force_units(role: Role) -> Vec<Unit> {
     if role == Role::Integral { vec![("N/m", 1.0)] } else { vec![("N.s/m", 1.0)] }
 }
 
-/// The units of a gain from depth to pitch.
-pub(crate) fn of_pitch(role: Role) -> Vec<Unit> {
+/// Returns the units of a gain from depth to pitch.
+pub(crate) fn pitch_units(role: Role) -> Vec<Unit> {
     if role == Role::Integral {
         vec![("rad/(m.s)", 1.0), ("deg/(m.s)", 1.0 / PER_DEGREE)]
     } else {
@@ -98,7 +98,7 @@ pub(crate) fn of_pitch(role: Role) -> Vec<Unit> {
 }
 
 impl Given {
-    /// The coefficients over rho = (V - centre)/half_range, in SI, and what is left of a table.
+    /// Returns the coefficients in rho = (V - centre)/half_range, in SI, and the misfit of a table.
     pub(crate) fn coefficients(
         &self,
         file: &str,
@@ -128,23 +128,23 @@ impl Given {
         Ok((all.into_iter().map(|one| one * factor).collect(), misfit))
     }
 
-    /// The largest distance between a table and its polynomial over a range of speeds.
+    /// Returns the largest misfit between a table and its polynomial over a range of speeds.
     fn misfit(&self, points: &[[f64; 2]], (low, high): (f64, f64), at: impl Fn(f64) -> f64) -> Misfit {
         let largest = points.iter().map(|point| point[1].abs()).fold(f64::MIN_POSITIVE, f64::max);
-        let spread = |i: usize| low + (high - low) * i as f64 / (TRIED - 1) as f64;
-        let off = |speed: f64| (speed, (at(speed) - interpolated(points, speed)).abs() / largest);
-        let (speed, relative) = (0..TRIED)
-            .map(spread)
-            .map(off)
+        let sample_speed = |i: usize| low + (high - low) * i as f64 / (MISFIT_SAMPLES - 1) as f64;
+        let misfit_at = |speed: f64| (speed, (at(speed) - interpolated(points, speed)).abs() / largest);
+        let (speed, relative) = (0..MISFIT_SAMPLES)
+            .map(sample_speed)
+            .map(misfit_at)
             .fold((low, 0.0), |most, one| if one.1 > most.1 { one } else { most });
         Misfit { key: self.key.clone(), relative, speed }
     }
 }
 
-/// The number of speeds at which a polynomial is compared with its table.
-const TRIED: usize = 101;
+/// Number of speeds at which a polynomial is compared with its table.
+const MISFIT_SAMPLES: usize = 101;
 
-/// A table at a speed, linear between its points and constant beyond them.
+/// Interpolates a table linearly at a speed; constant outside its range.
 fn interpolated(points: &[[f64; 2]], speed: f64) -> f64 {
     let after = points.iter().position(|[at, _]| *at >= speed);
     match after {
@@ -157,7 +157,7 @@ fn interpolated(points: &[[f64; 2]], speed: f64) -> f64 {
     }
 }
 
-/// A polynomial at rho.
+/// Evaluates a polynomial at rho.
 pub(crate) fn value(coefficients: &[f64], rho: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, one| sum * rho + one)
 }

@@ -1,13 +1,13 @@
-//! What is wrong with a controller, at its place in the file.
+//! Errors of a controller, with their position in the file.
 
 use squid_auv::toml_file::{FileError, FileProblem, Mistake};
 
-/// A file with one mistake.
+/// Returns the error of a file with a single mistake.
 pub(crate) fn refused(file: &str, line: usize, problem: FileProblem) -> FileError {
     FileError { file: file.to_owned(), mistakes: vec![Mistake { line, problem }] }
 }
 
-/// A value that is not allowed.
+/// Returns the error for a value that is not allowed.
 pub(crate) fn not_allowed(
     file: &str,
     line: usize,

@@ -2,7 +2,7 @@
 
 use crate::allocation::{Allocation, allocations};
 use crate::file::{Pid, TurnLoop};
-use crate::gain::{Given, Misfit, Role, Unit, of_pitch, value};
+use crate::gain::{Given, Misfit, Role, Unit, pitch_units, value};
 use crate::refusal::not_allowed;
 use squid_auv::Actuator;
 use squid_auv::toml_file::FileError;
@@ -10,12 +10,12 @@ use squid_lpv::controller::Controller;
 use squid_lpv::matrix::{Mat, pseudo_inverse};
 use squid_lpv::weights::ReferenceModel;
 
-/// A signal of the controller's input y.
+/// A signal in the controller's input y.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Port {
-    /// Its name.
+    /// Name of the signal.
     pub signal: &'static str,
-    /// Its unit in y, SI.
+    /// Unit of the signal in y, SI.
     pub scale: f64,
 }
 
@@ -28,52 +28,52 @@ pub struct Layout {
     pub measurements: Vec<Port>,
 }
 
-/// What the cascade needs of a vehicle and of a design.
+/// Properties of the vehicle and of the design that the cascade depends on.
 #[derive(Debug, Clone, Copy)]
 pub struct Vehicle<'a> {
     /// The actuators.
     pub actuators: &'a [Actuator],
-    /// Whether the speed is given from outside.
+    /// `true` if the speed is controlled externally.
     pub speed_given: bool,
-    /// The input y.
+    /// Input y.
     pub layout: &'a Layout,
-    /// Centre and half range of rho = (V - centre)/half_range, m/s.
+    /// Centre and half range in rho = (V - centre)/half_range, m/s.
     pub scheduling: (f64, f64),
-    /// The design file, for messages.
+    /// Name of the design file for messages.
     pub design: &'a str,
 }
 
-/// A gain: its polynomial times a signal is a part of a command.
+/// A gain: its polynomial times a signal is one term of a command.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gain {
-    /// Its name, for instance `pitch.kp`.
+    /// Name, for instance `pitch.kp`.
     pub name: String,
-    /// Its SI unit.
+    /// SI unit.
     pub unit: String,
-    /// The command, a column of the allocation.
+    /// Index of the command, a column of the allocation.
     pub axis: usize,
-    /// The coefficients of 1, rho, rho^2.
+    /// Coefficients of 1, rho, rho^2.
     pub coefficients: Vec<f64>,
-    /// The signal, a row over `[x; y]`, SI.
+    /// Signal as a row over `[x; y]`, SI.
     signal: Mat,
 }
 
-/// The cascade with its gains.
+/// The cascade and its gains.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Structure {
-    /// The states, by name.
+    /// Names of the states.
     pub states: Vec<String>,
     /// The gains.
     pub gains: Vec<Gain>,
     /// The commands.
     pub allocations: Vec<Allocation>,
-    /// What the polynomials leave of the tables.
+    /// Misfits of the polynomials against the tables.
     pub misfits: Vec<Misfit>,
-    /// `x' = rates [x; y]`.
+    /// State equation, `x' = rates [x; y]`.
     rates: Mat,
-    /// The commands in units of the actuators' reach per unit of each axis, m x axes.
+    /// Allocation: output of each actuator in units of its reach per unit of each command, m x axes.
     shares: Mat,
-    /// The integrators with their gains.
+    /// Integrators with the indices of their gains.
     integrators: Vec<Integrator>,
     tracking_time: Option<f64>,
 }
@@ -82,9 +82,9 @@ pub struct Structure {
 struct Integrator {
     state: usize,
     axis: usize,
-    /// The unit of the state, SI.
+    /// Unit of the state, SI.
     scale: f64,
-    /// The gains of its loop, by index.
+    /// Indices of the gains of the integrator's loop.
     kp: usize,
     ki: usize,
 }
@@ -92,33 +92,33 @@ struct Integrator {
 /// A controller that is affine in its gains, `base + sum_i value_i matrix_i`, each `[A By Bt; Cu Duy Dut; Ct Dty Dtt]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Affine {
-    /// The matrix at gains of 0.
+    /// Matrix for zero gains.
     pub base: Mat,
     /// One direction per coefficient of each gain.
     pub directions: Vec<Direction>,
-    /// The numbers of states, measurements and controls.
+    /// Numbers of states, measurements and controls.
     pub sizes: [usize; 3],
-    /// The repetitions of rho.
+    /// Number of repetitions of rho.
     pub blocks: Vec<usize>,
 }
 
-/// The direction of one coefficient of a gain.
+/// Direction of one coefficient of a gain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Direction {
-    /// The gain, for instance `pitch.kp`.
+    /// Name of the gain, for instance `pitch.kp`.
     pub name: String,
-    /// The SI unit.
+    /// SI unit.
     pub unit: String,
-    /// The power of rho.
+    /// Power of rho.
     pub power: usize,
-    /// The coefficient.
+    /// Value of the coefficient.
     pub value: f64,
-    /// The matrix per unit of the coefficient.
+    /// Matrix per unit of the coefficient.
     pub matrix: Mat,
 }
 
 impl Affine {
-    /// The matrix at values of the coefficients, in the order of the directions.
+    /// Returns the matrix for given coefficients, in the order of the directions.
     pub fn at(&self, values: &[f64]) -> Mat {
         self.directions
             .iter()
@@ -126,24 +126,24 @@ impl Affine {
             .fold(self.base.clone(), |sum, (one, value)| sum + &one.matrix * *value)
     }
 
-    /// The controller at values of the coefficients.
+    /// Returns the controller for given coefficients, in the order of the directions.
     pub fn controller(&self, values: &[f64]) -> Controller {
         let [states, y, u] = self.sizes;
         Controller::from_matrix(&self.at(values), states, y, u, self.blocks.clone())
     }
 }
 
-/// The number of speeds at which signs of gains are checked.
-const CHECKED: usize = 101;
+/// Number of speeds at which the signs of gains are checked.
+const SIGN_SAMPLES: usize = 101;
 
-/// The signals over `[x; y]` while the cascade is built.
+/// Signals over `[x; y]` while the cascade is being built.
 struct Builder<'a> {
     pid: &'a Pid,
     vehicle: Vehicle<'a>,
     states: Vec<String>,
-    /// Row of each state's rate.
+    /// Row of the derivative of each state.
     rates: Vec<Mat>,
-    /// All states, and y.
+    /// Numbers of states and of signals in y.
     width: [usize; 2],
     gains: Vec<Gain>,
     integrators: Vec<Integrator>,
@@ -151,7 +151,7 @@ struct Builder<'a> {
 }
 
 impl Structure {
-    /// The cascade of a file for a vehicle and the signals of a design.
+    /// Builds the cascade of a file for a vehicle and the signals of a design.
     ///
     /// # Errors
     /// [`FileError`] with the first value that does not fit: an unknown unit, a gain of the wrong sign, an integrator
@@ -183,7 +183,7 @@ impl Structure {
         Ok(Self { states, gains, allocations, misfits, rates, shares, integrators, tracking_time })
     }
 
-    /// The controller, affine in the coefficients of the gains.
+    /// Returns the controller as an affine function of the coefficients of the gains.
     ///
     /// Horner's rule over rho for each command: `v = g0 s + w1`, `z1 = g1 s + w2`, `z2 = g2 s`, `w = rho z`, with as
     /// many channels as the highest power of its gains. Channels are in units of the largest reach.
@@ -224,18 +224,18 @@ impl Structure {
         Affine { base, directions, sizes: [n, y, m], blocks: vec![r] }
     }
 
-    /// The controller with the gains of the file.
+    /// Returns the controller with the gains of the file.
     pub fn controller(&self) -> Controller {
         let affine = self.affine();
         let values: Vec<f64> = affine.directions.iter().map(|one| one.value).collect();
         affine.controller(&values)
     }
 
-    /// Back-calculation: E, states x actuators, with `x' = ... + E (u - sat u)`, u in units of reach, so that the
-    /// integral term of a command at its limit gives way in the tracking time Tt, or in `kp/ki` if none is given.
+    /// Returns the back-calculation matrix E, states x actuators, with `x' = ... + E (u - sat u)`, u in units of reach:
+    /// the integral term of a saturated command decays with the tracking time Tt, or with `kp/ki` if none is given.
     ///
-    /// `I' = ... - (v - sat v)/(Tt ki)`, with the command v that the commands of the actuators amount to, and gains in
-    /// the middle of the range of speed.
+    /// `I' = ... - (v - sat v)/(Tt ki)`, where v is the command recovered from the actuator commands, with the gains at
+    /// the centre of the speed range.
     pub fn anti_windup(&self) -> Mat {
         let commands = pseudo_inverse(&self.shares, 1e-9);
         let mut all = Mat::zeros(self.rates.nrows(), self.shares.nrows());
@@ -248,7 +248,7 @@ impl Structure {
     }
 }
 
-/// The number of states of a cascade.
+/// Returns the number of states of a cascade.
 fn count_states(pid: &Pid) -> usize {
     let pitch = usize::from(pid.turn.ki.is_some())
         + usize::from(pid.turn.rolloff > 0.0)
@@ -263,58 +263,58 @@ impl Builder<'_> {
         Err(not_allowed(&self.pid.file, line, key, found, allowed))
     }
 
-    fn unit_row(&self, at: usize) -> Mat {
+    fn unit_row(&self, index: usize) -> Mat {
         let mut row = Mat::zeros(1, self.width[0] + self.width[1]);
-        row[at] = 1.0;
+        row[index] = 1.0;
         row
     }
 
-    /// A new state with a rate, in its own unit.
+    /// Adds a state with its derivative, in the state's own unit; returns index and row.
     fn state(&mut self, name: &str, rate: Mat) -> (usize, Mat) {
-        let at = self.states.len();
+        let index = self.states.len();
         self.states.push(name.to_owned());
         self.rates.push(rate);
-        (at, self.unit_row(at))
+        (index, self.unit_row(index))
     }
 
-    /// A reference in SI, and its scale.
+    /// Returns a reference in SI, and its scale.
     fn reference(&self, signal: &str, line: usize, key: &str) -> Result<(Mat, f64), FileError> {
         let all = &self.vehicle.layout.references;
         match all.iter().position(|port| port.signal == signal) {
-            Some(at) => {
-                let scale = all[at].scale;
-                Ok((self.unit_row(self.width[0] + at) * scale, scale))
+            Some(index) => {
+                let scale = all[index].scale;
+                Ok((self.unit_row(self.width[0] + index) * scale, scale))
             }
             None => {
                 let tracked: Vec<&str> = all.iter().map(|port| port.signal).collect();
-                let words = format!(
+                let allowed = format!(
                     "a loop of what the design tracks, with references apart from measurements: {} tracks {} that way",
                     self.vehicle.design,
                     if tracked.is_empty() { "nothing".into() } else { tracked.join(" and ") }
                 );
-                self.refuse(line, key, &format!("a loop of {signal}"), &words)
+                self.refuse(line, key, &format!("a loop of {signal}"), &allowed)
             }
         }
     }
 
-    /// A measurement in SI, and its scale.
+    /// Returns a measurement in SI, and its scale.
     fn measured(&self, signal: &str, line: usize, key: &str) -> Result<(Mat, f64), FileError> {
         let Vehicle { layout, design, .. } = self.vehicle;
         match layout.measurements.iter().position(|port| port.signal == signal) {
-            Some(at) => {
-                let scale = layout.measurements[at].scale;
-                Ok((self.unit_row(self.width[0] + layout.references.len() + at) * scale, scale))
+            Some(index) => {
+                let scale = layout.measurements[index].scale;
+                Ok((self.unit_row(self.width[0] + layout.references.len() + index) * scale, scale))
             }
             None => {
                 let found = format!("a gain on {signal}, which {design} does not measure");
-                let words =
+                let allowed =
                     format!("left out, or {design} must have a [[measure]] with signal = \"{signal}\"");
-                self.refuse(line, key, &found, &words)
+                self.refuse(line, key, &found, &allowed)
             }
         }
     }
 
-    /// Adds a gain on a signal. Its sign is checked with that of the allocation.
+    /// Adds a gain on a signal, and checks its sign against the allocation.
     fn gain(
         &mut self,
         given: &Given,
@@ -328,7 +328,8 @@ impl Builder<'_> {
         Ok(self.gains.len() - 1)
     }
 
-    /// The coefficients in SI; with a sign, positive times that at every speed of the range.
+    /// Returns the coefficients in SI; with a sign given, that sign times the gain must be positive over the speed
+    /// range.
     fn coefficients(
         &mut self,
         given: &Given,
@@ -339,7 +340,7 @@ impl Builder<'_> {
         let (found, misfit) = given.coefficients(&self.pid.file, units, self.vehicle.scheduling)?;
         self.misfits.extend(misfit);
         let Some(sign) = sign else { return Ok(found) };
-        let rhos = (0..CHECKED).map(|i| 2.0 * i as f64 / (CHECKED - 1) as f64 - 1.0);
+        let rhos = (0..SIGN_SAMPLES).map(|i| 2.0 * i as f64 / (SIGN_SAMPLES - 1) as f64 - 1.0);
         let wrong = rhos.map(|rho| (rho, value(&found, rho))).find(|(_, gain)| sign * gain <= 0.0);
         let Some((rho, gain)) = wrong else { return Ok(found) };
         let at = if found.len() > 1 {
@@ -350,7 +351,7 @@ impl Builder<'_> {
         let found = format!("{} {}{at}", squid_auv::rounded(gain), units[0].0);
         let integral = given.key.ends_with("ki");
         let side = if sign > 0.0 { "above 0" } else { "below 0, with this [controller.allocation]," };
-        let words = match (gain == 0.0, integral) {
+        let allowed = match (gain == 0.0, integral) {
             (true, true) => format!(
                 "{side} at every speed, or left out: an integrator without gain holds what it has, and no bound could \
                  be proved"
@@ -361,22 +362,22 @@ impl Builder<'_> {
                  from its reference"
             ),
         };
-        self.refuse(given.line, &given.key, &found, &words)
+        self.refuse(given.line, &given.key, &found, &allowed)
     }
 
-    /// An integrator of `error` \[SI\] in units of `scale`, and the integral in SI.
+    /// Adds an integrator of `error` \[SI\] in units of `scale`; returns its index and the integral in SI.
     fn integral(&mut self, name: &str, error: &Mat, scale: f64) -> (usize, Mat) {
-        let (at, row) = self.state(name, error / scale);
-        (at, row * scale)
+        let (index, row) = self.state(name, error / scale);
+        (index, row * scale)
     }
 
-    /// The reference of the angle in SI, with its unit: its own, or that of pitch by the depth loop.
+    /// Returns the reference of the angle in SI, with its unit: its own, or the output of the depth loop for pitch.
     fn turn_reference(&mut self, scale: f64) -> Result<(Mat, f64), FileError> {
         let pid = self.pid;
         let Some(depth) = &pid.depth else {
             if self.vehicle.layout.references.iter().any(|port| port.signal == "depth") {
-                let words = format!("there: {} tracks depth", self.vehicle.design);
-                return self.refuse(pid.line, "controller.depth", "left out", &words);
+                let allowed = format!("there: {} tracks depth", self.vehicle.design);
+                return self.refuse(pid.line, "controller.depth", "left out", &allowed);
             }
             return self.reference(
                 pid.turn.angle.name(),
@@ -384,15 +385,15 @@ impl Builder<'_> {
                 &format!("controller.{}", pid.turn.angle),
             );
         };
-        let (wanted, unit) = self.reference("depth", depth.line, "controller.depth")?;
+        let (depth_reference, unit) = self.reference("depth", depth.line, "controller.depth")?;
         let (found, _) = self.measured("depth", depth.line, "controller.depth")?;
-        let error = wanted - found;
-        // Ahead, the bow must rise for a smaller depth.
+        let error = depth_reference - found;
+        // At positive speed the bow must rise to reduce depth.
         let ahead = self.vehicle.scheduling.0.signum();
-        let kp = self.coefficients(&depth.kp, &of_pitch(Role::Proportional), Some(ahead))?[0];
+        let kp = self.coefficients(&depth.kp, &pitch_units(Role::Proportional), Some(ahead))?[0];
         let mut reference = &error * -kp;
         if let Some(given) = &depth.ki {
-            let ki = self.coefficients(given, &of_pitch(Role::Integral), Some(ahead))?[0];
+            let ki = self.coefficients(given, &pitch_units(Role::Integral), Some(ahead))?[0];
             let (_, integral) = self.integral("integral of the depth error", &error, unit);
             reference -= integral * ki;
         }
@@ -400,53 +401,54 @@ impl Builder<'_> {
     }
 
     fn turn(&mut self, allocation: &Allocation) -> Result<(), FileError> {
-        let asked = &self.pid.turn;
-        let angle = asked.angle;
+        let angle_loop = &self.pid.turn;
+        let angle = angle_loop.angle;
         let key = format!("controller.{angle}");
         let axis = (0, allocation.sign);
         let units = |role| allocation.drive.units(role);
-        let (turned, scale) = self.measured(angle.name(), asked.line, &key)?;
+        let (measured_angle, scale) = self.measured(angle.name(), angle_loop.line, &key)?;
         let (reference, scale) = self.turn_reference(scale)?;
-        let rate = match asked.kd.as_ref() {
+        let rate = match angle_loop.kd.as_ref() {
             Some(kd) => Some(self.measured(&format!("{angle}_rate"), kd.line, &kd.key)?),
             None => None,
         };
-        let model = asked.model.map(|model| self.follow(model, &reference, scale));
+        let model = angle_loop.model.map(|model| self.follow(model, &reference, scale));
         let [target, target_rate, target_acceleration] =
             model.unwrap_or_else(|| [reference.clone(), &reference * 0.0, &reference * 0.0]);
-        let weighted = if asked.model.is_some() { target.clone() } else { &target * asked.reference_weight };
-        let kp = self.gain(&asked.kp, &units(Role::Proportional), axis, weighted - &turned)?;
-        if let Some(ki) = &asked.ki {
+        let weighted =
+            if angle_loop.model.is_some() { target.clone() } else { &target * angle_loop.reference_weight };
+        let kp = self.gain(&angle_loop.kp, &units(Role::Proportional), axis, weighted - &measured_angle)?;
+        if let Some(ki) = &angle_loop.ki {
             let (state, integral) =
-                self.integral(&format!("integral of the {angle} error"), &(target - &turned), scale);
+                self.integral(&format!("integral of the {angle} error"), &(target - &measured_angle), scale);
             let ki = self.gain(ki, &units(Role::Integral), axis, integral)?;
             self.integrators.push(Integrator { state, axis: 0, scale, kp, ki });
         }
-        if let Some((kd, (rate, unit))) = asked.kd.as_ref().zip(rate) {
-            let rate = self.filtered(&format!("filtered {angle} rate"), rate, unit, asked.rolloff);
+        if let Some((kd, (rate, unit))) = angle_loop.kd.as_ref().zip(rate) {
+            let rate = self.filtered(&format!("filtered {angle} rate"), rate, unit, angle_loop.rolloff);
             self.gain(kd, &units(Role::Derivative), axis, target_rate - rate)?;
-        } else if asked.rolloff > 0.0 {
-            let words = "left out: without kd there is no rate to filter";
-            return self.refuse(asked.line, &format!("{key}.rolloff"), "given", words);
+        } else if angle_loop.rolloff > 0.0 {
+            let allowed = "left out: without kd there is no rate to filter";
+            return self.refuse(angle_loop.line, &format!("{key}.rolloff"), "given", allowed);
         }
-        if let Some(feedforward) = &asked.feedforward {
+        if let Some(feedforward) = &angle_loop.feedforward {
             self.gain(feedforward, &units(Role::Feedforward), axis, target_acceleration)?;
         }
         Ok(())
     }
 
-    /// The reference model: its output, rate and acceleration, SI.
+    /// Adds the reference model; returns its output, rate and acceleration, SI.
     fn follow(&mut self, model: ReferenceModel, reference: &Mat, scale: f64) -> [Mat; 3] {
         let (w, damping) = (model.frequency, model.damping.unwrap_or(1.0));
-        let at = self.states.len();
-        let [output, rate] = [at, at + 1].map(|at| self.unit_row(at));
+        let index = self.states.len();
+        let [output, rate] = [index, index + 1].map(|index| self.unit_row(index));
         let acceleration = (reference / scale - &output) * (w * w) - &rate * (2.0 * damping * w);
         self.state(&format!("reference model of {}", self.pid.turn.angle), rate.clone());
         self.state("its rate", acceleration.clone());
         [output * scale, rate * scale, acceleration * scale]
     }
 
-    /// A measurement, filtered if the time constant is above 0.
+    /// Returns a measurement, low-pass filtered if the time constant is above 0.
     fn filtered(&mut self, name: &str, signal: Mat, unit: f64, time: f64) -> Mat {
         if time <= 0.0 {
             return signal;
@@ -459,30 +461,30 @@ impl Builder<'_> {
     fn speed(&mut self, allocation: Option<&Allocation>) -> Result<(), FileError> {
         let key = "controller.speed";
         let pid = self.pid;
-        let (asked, allocation) = match (&pid.speed, allocation) {
+        let (speed_loop, allocation) = match (&pid.speed, allocation) {
             (None, None) => return Ok(()),
             (None, Some(_)) => {
-                let words = format!("there: {} tracks speed", self.vehicle.design);
+                let allowed = format!("there: {} tracks speed", self.vehicle.design);
                 return if self.vehicle.layout.references.iter().any(|port| port.signal == "speed") {
-                    self.refuse(pid.line, key, "left out", &words)
+                    self.refuse(pid.line, key, "left out", &allowed)
                 } else {
                     Ok(())
                 };
             }
             (Some(given), None) => {
-                let words = "left out: the speed of this vehicle is given from outside";
-                return self.refuse(given.line, key, "given", words);
+                let allowed = "left out: the speed of this vehicle is given from outside";
+                return self.refuse(given.line, key, "given", allowed);
             }
             (Some(given), Some(allocation)) => (given, allocation),
         };
         let axis = (1, allocation.sign);
         let units = |role| allocation.drive.units(role);
-        let (ahead, _) = self.reference("speed", asked.line, key)?;
-        let (speed, scale) = self.measured("speed", asked.line, key)?;
-        let smooth = self.filtered("filtered speed", speed.clone(), scale, asked.rolloff);
-        let error = ahead * asked.reference_weight - smooth;
-        let kp = self.gain(&asked.kp, &units(Role::Proportional), axis, error)?;
-        if let Some(ki) = &asked.ki {
+        let (ahead, _) = self.reference("speed", speed_loop.line, key)?;
+        let (speed, scale) = self.measured("speed", speed_loop.line, key)?;
+        let smooth = self.filtered("filtered speed", speed.clone(), scale, speed_loop.rolloff);
+        let error = ahead * speed_loop.reference_weight - smooth;
+        let kp = self.gain(&speed_loop.kp, &units(Role::Proportional), axis, error)?;
+        if let Some(ki) = &speed_loop.ki {
             let (state, integral) = self.integral("integral of the speed error", &-speed, scale);
             let ki = self.gain(ki, &units(Role::Integral), axis, integral)?;
             self.integrators.push(Integrator { state, axis: 1, scale, kp, ki });

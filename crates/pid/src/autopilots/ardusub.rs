@@ -1,26 +1,28 @@
 //! ArduSub: a parameter file of Mission Planner, MAVProxy or QGroundControl.
 //!
-//! `libraries/AC_AttitudeControl` and `AC_PID` of ArduPilot have the law, a [`cascade`](crate::autopilots::cascade) for
-//! each angle, whose output is a share of the full one.
+//! Source of the law: `libraries/AC_AttitudeControl` and `AC_PID` of ArduPilot, a
+//! [`cascade`](crate::autopilots::cascade) for each angle, whose output is a fraction of full output.
 
 use crate::allocation::Drive;
 use crate::angle::Angle;
 use crate::autopilots::cascade::{cascade_of, law, pid_of};
-use crate::autopilots::form::{Export, Import, Missing, Plain, Unread, no_depth, not_written, stay, unread};
+use crate::autopilots::form::{
+    Export, Import, Missing, Plain, Unread, no_depth, not_written, unchanged_notes, unread,
+};
 use crate::autopilots::source::{Numbers, Source, rounded};
 use crate::file::Pid;
 use crate::gain::Role;
 use squid_auv::toml_file::FileError;
 
-/// The names of an angle's parameters.
+/// Parameter names of an angle.
 struct Names {
-    /// The gain of the angle.
+    /// Gain on the angle error.
     angle: String,
-    /// The gain on the rate error.
+    /// Gain on the rate error.
     rate: String,
-    /// The gain on its integral.
+    /// Gain on the integral of the rate error.
     integral: String,
-    /// What all of the rate begin with.
+    /// Common prefix of the parameters of the rate loop.
     stem: String,
 }
 
@@ -40,12 +42,12 @@ impl Names {
         }
     }
 
-    /// The limit of the integral.
+    /// Returns the name of the integral limit.
     fn integral_limit(&self) -> String {
         format!("{}_IMAX", self.stem)
     }
 
-    /// The keys without counterpart.
+    /// Returns the parameters without counterpart in `[controller]`.
     fn left_out(&self) -> Vec<Unread<String>> {
         LEFT_OUT.iter().map(|(end, why)| (format!("{}_{end}", self.stem), SET, *why)).collect()
     }
@@ -53,13 +55,13 @@ impl Names {
 
 const SET: fn(f64) -> bool = |value| value != 0.0;
 
-/// Ends of names that would be another law unless they are 0.
+/// Suffixes of parameters that must be 0, with the reason: other values make another law.
 const ZERO: [(&str, &str); 2] = [
     ("FF", "a feedforward of the wanted rate has no counterpart in squid"),
     ("D_FF", "a feedforward of the wanted acceleration has no counterpart in squid"),
 ];
 
-/// Ends of names without counterpart, and the reason.
+/// Suffixes of parameters without counterpart, with the reason.
 const LEFT_OUT: [(&str, &str); 9] = [
     ("D", "it acts on the acceleration of the angle: what these gains prove is the loop without it"),
     ("FLTD", "Hz, the filter of that acceleration"),
@@ -75,37 +77,37 @@ const LEFT_OUT: [(&str, &str); 9] = [
 const OUTSIDE: &str =
     "Outside: the square root of a large error, and the reference's shaping (ATC_INPUT_TC).";
 
-/// The numbers of a file.
+/// Numbers read from a file.
 struct Read {
     angle: Numbers,
     rate: Numbers,
     integral: Numbers,
-    /// The moment of the full output, N m.
+    /// Moment at full output, N m.
     full: f64,
 }
 
-/// Reads `NAME VALUE`, `NAME,VALUE` and, of QGroundControl, `SYSTEM COMPONENT NAME VALUE TYPE`.
+/// Reads `NAME VALUE`, `NAME,VALUE` and the lines of QGroundControl, `SYSTEM COMPONENT NAME VALUE TYPE`.
 fn source<'a>(text: &'a str, file: &'a str) -> Source<'a> {
     let mut source = Source::new(text, file);
     for (line, begin, whole) in source.lines() {
         let code = whole.split('#').next().unwrap_or(whole);
-        let words: Vec<&str> = code.split([' ', '\t', ',', '=']).filter(|word| !word.is_empty()).collect();
-        let at = if words.len() > 3 && words[0].parse::<u32>().is_ok() { 2 } else { 0 };
-        if let [name, value, ..] = words[at.min(words.len())..] {
+        let tokens: Vec<&str> = code.split([' ', '\t', ',', '=']).filter(|word| !word.is_empty()).collect();
+        let at = if tokens.len() > 3 && tokens[0].parse::<u32>().is_ok() { 2 } else { 0 };
+        if let [name, value, ..] = tokens[at.min(tokens.len())..] {
             source.push(name.to_owned(), line, begin, whole, value);
         }
     }
     source
 }
 
-/// Reads what import and export need.
+/// Reads the parameters that import and export need.
 fn read(source: &Source<'_>, angle: Angle, names: &Names, missing: &Missing) -> Result<Read, FileError> {
     let gain = |key: &str, what: &str| source.required(key, 1, &format!("{what}, a parameter of ArduSub"));
     let outer = gain(&names.angle, &format!("the gain from the {angle} error to the wanted rate"))?;
     let rate = gain(&names.rate, "the gain from the rate error to the output")?;
     let integral = gain(&names.integral, "the gain on the integral of the rate error")?;
-    source.above_zero(&outer, 0)?;
-    source.above_zero(&rate, 0)?;
+    source.require_positive(&outer, 0)?;
+    source.require_positive(&rate, 0)?;
     for (end, why) in ZERO {
         let key = format!("{}_{end}", names.stem);
         if let Some(Numbers { line, values, .. }) = source.optional(&key, 1)?
@@ -125,8 +127,8 @@ fn read(source: &Source<'_>, angle: Angle, names: &Names, missing: &Missing) -> 
     Ok(Read { angle: outer, rate, integral, full })
 }
 
-/// Refuses an integral that its limit holds at 0.
-fn acts(source: &Source<'_>, names: &Names, ki: f64) -> Result<(), FileError> {
+/// Refuses an integral gain if the integral limit is 0.
+fn check_integral_limit(source: &Source<'_>, names: &Names, ki: f64) -> Result<(), FileError> {
     let limit = names.integral_limit();
     match source.optional(&limit, 1)? {
         Some(Numbers { line, values, .. }) if values[0] == 0.0 && ki > 0.0 => {
@@ -143,7 +145,7 @@ pub(crate) fn import(of: Angle, text: &str, file: &str, missing: &Missing) -> Re
     let (source, names) = (source(text, file), Names::of(of));
     let Read { angle, rate, integral, full } = read(&source, of, &names, missing)?;
     let gains = [&angle, &rate, &integral].map(|numbers| numbers.values[0]);
-    acts(&source, &names, gains[2])?;
+    check_integral_limit(&source, &names, gains[2])?;
     let mut law = law(of, [&names.angle, &names.rate, &names.integral], "output, of which 1 is the full one");
     law.push(OUTSIDE.into());
     let mut found = Import::new(of, law);
@@ -178,7 +180,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
     no_depth(pid, "the parameters of ArduSub for depth are of another law")?;
     let (source, names) = (source(text, file), Names::of(pid.turn.angle));
     let Read { angle, rate, integral, full } = read(&source, pid.turn.angle, &names, missing)?;
-    acts(&source, &names, plain.turn[1])?;
+    check_integral_limit(&source, &names, plain.turn[1])?;
     let [ka, kp, ki] = cascade_of(pid, &plain, "ArduSub")?;
     let new = [
         (&angle, vec![rounded(ka)]),
@@ -186,7 +188,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
         (&integral, vec![rounded(ki / full)]),
     ];
     let mut notes = not_written(pid, false);
-    notes.extend(stay(&unread(&source, &names.left_out())?));
+    notes.extend(unchanged_notes(&unread(&source, &names.left_out())?));
     let (text, changes) = source.replaced(&new);
     Ok(Export { text, changes, notes })
 }

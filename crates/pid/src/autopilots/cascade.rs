@@ -15,10 +15,10 @@ use crate::gain::Role;
 use crate::refusal::not_allowed;
 use squid_auv::toml_file::FileError;
 
-/// The largest difference between a given weight of the reference and that of a cascade: of a weight of four decimals.
+/// Tolerance between a given reference weight and that of a cascade, for weights written with four decimals.
 const WEIGHT: f64 = 1e-4;
 
-/// The law in words; `keys` are those of ka, kp and ki, `output` is what it commands.
+/// Returns the law as text; `keys` name ka, kp and ki, `output` names the command.
 pub(crate) fn law(angle: Angle, keys: [&str; 3], output: &str) -> Vec<String> {
     let ([ka, kp, ki], [x, rate]) = (keys, angle.symbols());
     vec![
@@ -30,13 +30,13 @@ pub(crate) fn law(angle: Angle, keys: [&str; 3], output: &str) -> Vec<String> {
     ]
 }
 
-/// Returns kp, ki and kd of the PID, and the weight b, of a cascade with ka, kp and ki.
+/// Returns kp, ki and kd of the PID that equals a cascade with ka, kp and ki, and its reference weight b.
 pub(crate) fn pid_of([ka, kp, ki]: [f64; 3]) -> ([f64; 3], f64) {
     ([kp * ka + ki, ki * ka, kp], kp * ka / (kp * ka + ki))
 }
 
-/// Returns ka, kp and ki of the cascade with the gains of a PID, K, Ki and Kd: `kp = Kd`, and ka solves
-/// `Kd ka^2 - K ka + Ki = 0`, `b = Kd ka/K`. Of the two solutions b says which.
+/// Returns ka, kp and ki of the cascade that equals a PID with gains K, Ki and Kd: `kp = Kd`, and ka solves
+/// `Kd ka^2 - K ka + Ki = 0`, `b = Kd ka/K`. The reference weight b selects one of the two solutions.
 ///
 /// # Errors
 /// [`FileError`] of the PID if no cascade has its gains or its weight.
@@ -58,16 +58,16 @@ pub(crate) fn cascade_of(pid: &Pid, plain: &Plain, autopilot: &str) -> Result<[f
         );
         return refuse("ki", pid.turn.ki.as_ref().map_or(line, |ki| ki.line), found, allowed);
     }
-    // The smaller solution by the product of both: a difference would lose its digits.
+    // Take the smaller solution from the product of both: a difference would lose digits.
     let large = 0.5 * (1.0 + (1.0 - ratio).max(0.0).sqrt());
     let weights = [large, 0.25 * ratio / large];
-    let asked = pid.turn.reference_weight;
+    let given = pid.turn.reference_weight;
     let possible = &weights[..if ki > 0.0 { 2 } else { 1 }];
-    let Some(weight) = possible.iter().find(|weight| (*weight - asked).abs() <= WEIGHT) else {
+    let Some(weight) = possible.iter().find(|weight| (*weight - given).abs() <= WEIGHT) else {
         let allowed: Vec<String> = possible.iter().map(|weight| format!("{weight:.6}")).collect();
         let allowed =
             format!("{}: with these kp, ki and kd that of {autopilot}'s cascade", allowed.join(" or "));
-        return refuse("reference_weight", line, squid_auv::number(asked), allowed);
+        return refuse("reference_weight", line, squid_auv::number(given), allowed);
     };
     let ka = weight * k / kd;
     Ok([ka, kd, ki / ka])

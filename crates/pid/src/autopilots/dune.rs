@@ -1,21 +1,22 @@
 //! DUNE of LSTS, Porto: `control.ini` of an AUV.
 //!
-//! `src/Control/AUV/Attitude/Task.cpp` and `DUNE/Control/DiscretePID.cpp` have the laws: a PID of pitch or of roll, and
-//! a [`cascade`](crate::autopilots::cascade) of heading. `src/Control/AUV/Allocator` has the fins,
-//! `DUNE/Parsers/Config.cpp` the format. The integral holds ki, which at constant gains is the same.
+//! Source of the laws: `src/Control/AUV/Attitude/Task.cpp` and `DUNE/Control/DiscretePID.cpp`, a PID of pitch or of
+//! roll, and a [`cascade`](crate::autopilots::cascade) of heading. Source of the fins: `src/Control/AUV/Allocator`; of
+//! the file format: `DUNE/Parsers/Config.cpp`. DUNE integrates ki times the error, which for constant gains equals ki
+//! times the integral.
 
 use crate::allocation::Drive;
 use crate::angle::Angle;
 use crate::autopilots::cascade::{cascade_of, law, pid_of};
 use crate::autopilots::form::{
-    Export, Import, LeftOut, Plain, Unread, left_out, no_weight, not_written, stay, unread,
+    Export, Import, LeftOut, Plain, Unread, left_out, no_weight, not_written, unchanged_notes, unread,
 };
 use crate::autopilots::source::{Numbers, Source, converted, rounded};
 use crate::file::Pid;
-use crate::gain::{Role, of_pitch};
+use crate::gain::{Role, pitch_units};
 use squid_auv::toml_file::FileError;
 
-/// Three gains each, and the moments of a fin, N m/rad.
+/// Keys of three gains each, and of the moment of a fin, N m/rad.
 const PITCH: &str = "[Control.AUV.Attitude] Pitch PID Gains";
 const DEPTH: &str = "[Control.AUV.Attitude] Depth PID Gains";
 const ROLL: &str = "[Control.AUV.Attitude] Roll PID Gains";
@@ -26,20 +27,21 @@ const EFFECT_M: &str = "[Control.AUV.Allocator] Fin effect M";
 const EFFECT_N: &str = "[Control.AUV.Allocator] Fin effect N";
 const GAINS: [&str; 8] = [PITCH, DEPTH, ROLL, HEADING, HEADING_RATE, EFFECT_K, EFFECT_M, EFFECT_N];
 
-/// What DUNE has for an angle.
+/// Keys and law of DUNE for an angle.
 struct Loop {
     angle: Angle,
-    /// kp, ki and kd of the PID, or kp of the loop around that of the rate.
+    /// Key of kp, ki and kd of the PID, or of kp of the outer loop of a cascade.
     gains: &'static str,
-    /// kp and ki of the loop of the rate, if there is one.
+    /// Key of kp and ki of the rate loop, if there is one.
     rate: Option<&'static str>,
-    /// The moment in the allocator's source.
+    /// Symbol of the moment in the allocator's source.
     moment: &'static str,
-    /// The key of the moment of a fin, its default in the allocator's source, N m/rad, and how many fins share a moment.
+    /// Key of the moment of a fin, its default in the allocator's source, N m/rad, and the number of fins that share
+    /// the moment.
     effect: (&'static str, f64, f64),
-    /// Flags with which another law flies.
+    /// Flags that would change the law.
     flags: &'static [Flag],
-    /// What has no counterpart.
+    /// Keys without counterpart in `[controller]`.
     left_out: &'static [Unread],
 }
 
@@ -106,10 +108,10 @@ const LOOPS: [Loop; 3] = [
     },
 ];
 
-/// A flag: its key, whether a value of it, in small letters, leaves the law as it is, and what is allowed.
+/// A flag: its key, a test that its value, in lower case, leaves the law unchanged, and the allowed value.
 type Flag = (&'static str, fn(&str) -> bool, &'static str);
 
-/// Flags with which another law flies, or may, whatever the angle.
+/// Flags that change the law, or may, for every angle.
 const FLAGS: [Flag; 4] = [
     ("[Control.AUV.Attitude] Enabled", |v| v != "never", "not Never: the gains are otherwise not flown"),
     (
@@ -125,7 +127,7 @@ const FLAGS: [Flag; 4] = [
     ("[Control.AUV.LMI] Enabled", |v| v == "never", "Never: that task may otherwise command the fins"),
 ];
 
-/// What has no counterpart: the values that are worth a word, and the reason.
+/// Keys without counterpart: a test that the value is worth reporting, and the reason.
 const LEFT_OUT_OF_PITCH: [Unread; 7] = [
     (
         "[Control.AUV.Attitude] Maximum Pitch Actuation",
@@ -166,17 +168,17 @@ const NO_DEPTH: &str = "kd on the vertical speed has no counterpart in squid's d
 const NO_ACCELERATION: &str =
     "kd of the rate acts on the acceleration: what these gains prove is the loop without it";
 
-/// The numbers of a file.
+/// Numbers read from a file.
 struct Read {
     /// kp, ki and kd of the angle.
     turn: Numbers,
-    /// Those of its rate, if it has a loop of its own.
+    /// Gains of the rate loop, if there is one.
     rate: Option<Numbers>,
-    /// Those of the depth, beside pitch.
+    /// Gains of the depth loop, for pitch only.
     depth: Option<Numbers>,
-    /// The angle of the fins per moment of the law.
+    /// Fin angle per unit of the law's moment.
     fins: f64,
-    /// That in words.
+    /// The same conversion as text.
     effect: String,
 }
 
@@ -185,7 +187,7 @@ impl Loop {
         LOOPS.iter().find(|own| own.angle == angle).unwrap_or(&LOOPS[0])
     }
 
-    /// Returns the law in words.
+    /// Returns the law as text.
     fn law(&self) -> Vec<String> {
         let (Self { angle, moment, effect: (effect, _, fins), .. }, [x, rate]) = (self, self.angle.symbols());
         let share = format!("fins = {moment}/({fins} {}), {fins} of them", option(effect));
@@ -217,21 +219,22 @@ impl Loop {
     }
 }
 
-/// Returns the option of a key.
+/// Returns the option of a key, without its section.
 fn option(key: &str) -> &str {
     key.split_once("] ").map_or(key, |(_, option)| option)
 }
 
-/// Reads sections, options and values that go on in the next line.
+/// Reads sections and options, including values continued on the next line; the flag is `true` if the file includes
+/// other files.
 fn source<'a>(text: &'a str, file: &'a str) -> Result<(Source<'a>, bool), FileError> {
-    let (mut source, mut section, mut others, mut open) = (Source::new(text, file), None, false, false);
+    let (mut source, mut section, mut has_includes, mut open) = (Source::new(text, file), None, false, false);
     for (line, begin, whole) in source.lines() {
-        let words = whole.trim();
-        if words.is_empty() || words.starts_with([';', '#']) {
+        let trimmed = whole.trim();
+        if trimmed.is_empty() || trimmed.starts_with([';', '#']) {
             continue;
         }
-        if let Some(name) = words.strip_prefix('[').and_then(|rest| rest.split(']').next()) {
-            others |= ["Include ", "Require "].iter().any(|kind| name.starts_with(kind));
+        if let Some(name) = trimmed.strip_prefix('[').and_then(|rest| rest.split(']').next()) {
+            has_includes |= ["Include ", "Require "].iter().any(|kind| name.starts_with(kind));
             (section, open) = (Some(name.trim()), false);
             continue;
         }
@@ -258,40 +261,43 @@ fn source<'a>(text: &'a str, file: &'a str) -> Result<(Source<'a>, bool), FileEr
             _ => {}
         }
     }
-    Ok((source, others))
+    Ok((source, has_includes))
 }
 
-/// Reads what import and export need.
-fn read(own: &Loop, source: &Source<'_>, others: bool) -> Result<Read, FileError> {
-    let included =
-        if others { "; files that this one includes are not read: name the one that has it" } else { "" };
+/// Reads the numbers that import and export need.
+fn read(own: &Loop, source: &Source<'_>, has_includes: bool) -> Result<Read, FileError> {
+    let included = if has_includes {
+        "; files that this one includes are not read: name the one that has it"
+    } else {
+        ""
+    };
     let meaning = |of: &str| format!("kp, ki and kd of {of}, as in etc/auv/control.ini of DUNE{included}");
     let turn = source.required(own.gains, 3, &meaning(own.angle.name()))?;
-    source.above_zero(&turn, 0)?;
+    source.require_positive(&turn, 0)?;
     let rate = own.rate.map(|key| source.required(key, 3, &meaning("its rate"))).transpose()?;
     if let Some(rate) = &rate {
-        source.above_zero(rate, 0)?;
+        source.require_positive(rate, 0)?;
         if turn.values[1] > 0.0 || turn.values[2] > 0.0 {
             let found = format!("with ki = {} and kd = {}", turn.values[1], turn.values[2]);
             let allowed = "with ki = 0 and kd = 0, around the loop of the rate: the law is otherwise no PID";
             return source.refuse(turn.line, own.gains, found, allowed);
         }
     }
-    for (key, is_good, allowed) in FLAGS.iter().chain(own.flags) {
+    for (key, is_allowed, allowed) in FLAGS.iter().chain(own.flags) {
         if let Some((line, value)) = source.value(key)?
-            && !is_good(&value.to_lowercase())
+            && !is_allowed(&value.to_lowercase())
         {
             return source.refuse(line, key, value, *allowed);
         }
     }
     let (key, default, count) = own.effect;
     let given = source.optional(key, 1)?;
-    let (effect, said) = match &given {
+    let (effect, origin) = match &given {
         Some(numbers) => {
-            source.above_zero(numbers, 0)?;
+            source.require_positive(numbers, 0)?;
             (numbers.values[0], format!("line {}", numbers.line))
         }
-        None if others => {
+        None if has_includes => {
             let found = "not in this file, which includes others";
             let allowed = format!(
                 "written in it, because the fins' angle is {}/({count} {}); in DUNE it is {default} unless a file sets \
@@ -304,15 +310,16 @@ fn read(own: &Loop, source: &Source<'_>, others: bool) -> Result<Read, FileError
         None => (default, "the default of DUNE".into()),
     };
     let (share, moment) = (1.0 / (count * effect), own.moment);
-    let effect = format!("fins = {moment}/({count} {}) ({}, {said})", squid_auv::number(effect), option(key));
+    let effect =
+        format!("fins = {moment}/({count} {}) ({}, {origin})", squid_auv::number(effect), option(key));
     let depth = if own.angle == Angle::Pitch { source.optional(DEPTH, 3)? } else { None };
     Ok(Read { turn, rate, depth, fins: share, effect })
 }
 
 /// Reads the gains of an angle.
 pub(crate) fn import(angle: Angle, text: &str, file: &str) -> Result<Import, FileError> {
-    let (own, (source, others)) = (Loop::of(angle), source(text, file)?);
-    let Read { turn, rate, depth, fins, effect } = read(own, &source, others)?;
+    let (own, (source, has_includes)) = (Loop::of(angle), source(text, file)?);
+    let Read { turn, rate, depth, fins, effect } = read(own, &source, has_includes)?;
     let mut found = Import::new(angle, own.law());
     let units = |role| Drive::Deflection.units(role);
     let roles = [("kp", Role::Proportional), ("ki", Role::Integral), ("kd", Role::Derivative)];
@@ -348,7 +355,7 @@ pub(crate) fn import(angle: Angle, text: &str, file: &str) -> Result<Import, Fil
         } else {
             for ((key, role), value) in roles.into_iter().zip(&depth.values) {
                 let from = format!("line {}, 'Depth PID Gains': {key}, rad/m", depth.line);
-                found.gain(("depth", key), *value, &of_pitch(role), from);
+                found.gain(("depth", key), *value, &pitch_units(role), from);
             }
             found.notes.push(
                 "[controller.depth] is for a design that tracks depth; remove it for one of pitch.".into(),
@@ -365,13 +372,13 @@ pub(crate) fn import(angle: Angle, text: &str, file: &str) -> Result<Import, Fil
              pitch: the loop is the same, a step of the reference is not."
         ));
     }
-    if others {
+    if has_includes {
         found.notes.push("Files that this one includes are not read: what they set stays unseen.".into());
     }
     Ok(found)
 }
 
-/// Returns kd of the loop of a rate, which has no counterpart, unless it is 0.
+/// Reports kd of the rate loop, which has no counterpart, unless it is 0.
 fn no_acceleration(rate: &Numbers) -> Option<LeftOut> {
     let value = rate.values.iter().copied().map(squid_auv::number).collect::<Vec<_>>().join(", ");
     (rate.values[2] > 0.0).then(|| LeftOut {
@@ -386,14 +393,14 @@ fn no_acceleration(rate: &Numbers) -> Option<LeftOut> {
 pub(crate) fn export(pid: &Pid, text: &str, file: &str) -> Result<Export, FileError> {
     let plain = Plain::of(pid)?;
     plain.require(pid, Drive::Deflection, "DUNE commands fins")?;
-    let (own, (source, others)) = (Loop::of(pid.turn.angle), source(text, file)?);
-    let Read { turn, rate, depth, fins, .. } = read(own, &source, others)?;
+    let (own, (source, has_includes)) = (Loop::of(pid.turn.angle), source(text, file)?);
+    let Read { turn, rate, depth, fins, .. } = read(own, &source, has_includes)?;
     let mut notes = not_written(pid, false);
     let mut new = match &rate {
         Some(rate) => {
             let [ka, kp, ki] = cascade_of(pid, &plain, "DUNE")?;
             let [kp, ki] = [kp, ki].map(|gain| converted(gain, 1.0 / fins));
-            notes.extend(stay(no_acceleration(rate).as_slice()));
+            notes.extend(unchanged_notes(no_acceleration(rate).as_slice()));
             vec![(&turn, vec![rounded(ka), 0.0, 0.0]), (rate, vec![kp, ki, rate.values[2]])]
         }
         None => {

@@ -1,96 +1,96 @@
-//! Gains of an autopilot in the form of `[controller]`, with where they come from; and the gains of a `[controller]` as
-//! numbers in SI.
+//! Gains of an autopilot in the form of `[controller]` with their origin, and the gains of a `[controller]` as numbers
+//! in SI.
 
 use crate::allocation::Drive;
 use crate::angle::Angle;
 use crate::autopilots::source::{Change, Source, decimal};
 use crate::file::Pid;
-use crate::gain::{Given, Law, Role, Unit, of_force, of_pitch};
+use crate::gain::{Given, Law, Role, Unit, force_units, pitch_units};
 use crate::refusal::not_allowed;
 use squid_auv::toml_file::FileError;
 
-/// What a file of an autopilot does not say.
+/// Data that an autopilot's file does not contain.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Missing {
-    /// ArduSub: the moment about the axis of the angle at output 1, N m.
+    /// ArduSub: moment about the axis of the angle at output 1, N m.
     pub full_output: Option<f64>,
-    /// What is known of that moment, for the refusal without it.
+    /// Hint at that moment for the error if it is not given.
     pub hint: Option<String>,
-    /// mvp: whether the command of the angle is a deflection or a moment.
+    /// mvp: `Deflection` or `Moment`, the kind of the angle's command.
     pub drive: Option<Drive>,
-    /// mvp: the mode.
+    /// mvp: name of the control mode.
     pub mode: Option<String>,
 }
 
-/// A gain of `[controller]`.
+/// An imported gain of `[controller]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
-    /// Its table: that of the angle, `depth` or `speed`.
+    /// Table of the gain: the angle, `depth` or `speed`.
     pub table: &'static str,
-    /// Its key in that table.
+    /// Key in that table.
     pub key: &'static str,
-    /// Its value.
+    /// Value in `unit`.
     pub value: f64,
-    /// Its unit; none for a weight.
+    /// Unit; `None` for a weight.
     pub unit: Option<&'static str>,
-    /// Where it comes from.
+    /// Origin of the value: line, key and conversion.
     pub source: String,
 }
 
 /// A value of a file that has no counterpart in `[controller]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeftOut {
-    /// Its line.
+    /// Line in the file.
     pub line: usize,
-    /// Its key.
+    /// Key in the file.
     pub key: String,
-    /// Its text.
+    /// Text of the value.
     pub value: String,
-    /// The reason.
+    /// Reason why it is left out.
     pub why: &'static str,
 }
 
-/// What was read of the file of an autopilot.
+/// Gains and remarks read from the file of an autopilot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Import {
     /// The angle.
     pub angle: Angle,
-    /// The law of the autopilot, with the order of its loops, a line each.
+    /// Law of the autopilot with the order of its loops, one line each.
     pub law: Vec<String>,
     /// The gains.
     pub gains: Vec<Imported>,
-    /// What has no counterpart.
+    /// Values without counterpart in `[controller]`.
     pub left_out: Vec<LeftOut>,
-    /// What else there is to know.
+    /// Further notes.
     pub notes: Vec<String>,
 }
 
-/// A file of an autopilot with other gains.
+/// A file of an autopilot with new gains.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Export {
-    /// The text.
+    /// New text of the file.
     pub text: String,
-    /// The numbers that changed.
+    /// Replaced numbers.
     pub changes: Vec<Change>,
-    /// What stays in the file, and what of `[controller]` was not written.
+    /// Values that stay in the file, and parts of `[controller]` that were not written.
     pub notes: Vec<String>,
 }
 
-/// That `[controller.speed]` is missing.
+/// Remark on a missing `[controller.speed]`.
 const NO_SPEED: &str = "The file has no gains from speed to thrust: a design that tracks the speed needs \
                         [controller.speed] beside these.";
 
-/// What the law of squid has besides.
+/// Remark on the trim, which squid adds to the law.
 const TRIM: &str = "Squid adds the trim of the actuators at each speed. The autopilot does not: its integral must hold \
                     that, and without one an error stays.";
 
 impl Import {
-    /// What was read so far: the law.
+    /// Starts an import with the law alone.
     pub(crate) fn new(angle: Angle, law: Vec<String>) -> Self {
         Self { angle, law, gains: vec![], left_out: vec![], notes: vec![] }
     }
 
-    /// Adds a gain in the first of its units, unless it is 0, which means that there is none.
+    /// Adds a gain in the first of the allowed units, unless it is 0: a zero gain is absent.
     pub(crate) fn gain(
         &mut self,
         (table, key): (&'static str, &'static str),
@@ -103,7 +103,7 @@ impl Import {
         }
     }
 
-    /// All there is to know besides the gains, a sentence each.
+    /// Returns everything worth reporting besides the gains, one sentence each.
     pub fn remarks(&self) -> Vec<String> {
         let left = |LeftOut { line, key, value, why }: &LeftOut| {
             format!("Left out: {key} = {value} (line {line}): {why}.")
@@ -115,7 +115,7 @@ impl Import {
         all.chain(speed).chain(pitches.then(|| TRIM.to_owned())).collect()
     }
 
-    /// The gains as a file for `squid prove --controller`.
+    /// Returns the gains as a file for `squid prove --controller`.
     pub fn toml(&self, file: &str) -> String {
         let mut lines = vec![format!("# Gains of {file}, read by `squid gains import`."), "#".into()];
         lines.extend(self.law.iter().map(|line| format!("#   {line}").trim_end().to_owned()));
@@ -145,10 +145,10 @@ impl Import {
     }
 }
 
-/// A key without counterpart: of which values it is worth a word, and the reason.
+/// A key without counterpart: the key, a test that its value is worth reporting, and the reason.
 pub(crate) type Unread<K = &'static str> = (K, fn(f64) -> bool, &'static str);
 
-/// Returns what a file has without counterpart.
+/// Returns the values of a file that have no counterpart.
 pub(crate) fn unread<K: AsRef<str>>(
     source: &Source<'_>,
     keys: &[Unread<K>],
@@ -157,7 +157,7 @@ pub(crate) fn unread<K: AsRef<str>>(
     Ok(found.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
-/// Returns the value of a key without counterpart, if the file has one that is worth a word.
+/// Returns the value of a key without counterpart, if it is present and worth reporting.
 pub(crate) fn left_out(
     source: &Source<'_>,
     key: &str,
@@ -168,39 +168,39 @@ pub(crate) fn left_out(
     Ok(found.map(|(line, value)| LeftOut { line, key: key.to_owned(), value, why }))
 }
 
-/// That these stay in a file with other gains.
-pub(crate) fn stay(all: &[LeftOut]) -> Vec<String> {
+/// Returns notes that these values stay unchanged in the exported file.
+pub(crate) fn unchanged_notes(all: &[LeftOut]) -> Vec<String> {
     all.iter()
         .map(|LeftOut { line, key, value, why }| format!("{key} = {value} (line {line}) stays: {why}."))
         .collect()
 }
 
-/// The table that the user has to fill in.
+/// Template of the table that the user has to fill in.
 const SPEED: [&str; 3] =
     ["[controller.speed]", "kp = { value = , unit = \"N.s/m\" }", "ki = { value = , unit = \"N/m\" }"];
 
-/// The columns of a comment.
+/// Line width of a comment.
 const COLUMNS: usize = 100;
 
-/// Words as comment lines.
-fn comment(words: &str) -> Vec<String> {
+/// Wraps text to comment lines.
+fn comment(text: &str) -> Vec<String> {
     let mut lines = vec![String::from("#")];
-    for word in words.split_whitespace() {
-        let begun = lines.len() - 1;
-        if lines[begun].len() + word.len() + 1 > COLUMNS && lines[begun] != "#" {
+    for word in text.split_whitespace() {
+        let last = lines.len() - 1;
+        if lines[last].len() + word.len() + 1 > COLUMNS && lines[last] != "#" {
             lines.push(format!("#   {word}"));
         } else {
-            lines[begun] += " ";
-            lines[begun] += word;
+            lines[last] += " ";
+            lines[last] += word;
         }
     }
     lines
 }
 
-/// The gains of a `[controller]` as numbers in SI; 0 for one that is left out.
+/// Gains of a `[controller]` as numbers in SI; 0 if left out.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Plain {
-    /// What the command of the angle is.
+    /// Kind of the angle's command.
     pub(crate) drive: Drive,
     /// kp, ki and kd of the angle.
     pub(crate) turn: [f64; 3],
@@ -211,38 +211,39 @@ pub(crate) struct Plain {
 }
 
 impl Plain {
-    /// The gains, if they are of a form that autopilots have: numbers, and no model, filter or feedforward.
+    /// Converts the gains if an autopilot can represent them: constant, and without model, filter or feedforward.
     pub(crate) fn of(pid: &Pid) -> Result<Self, FileError> {
-        let asked = &pid.turn;
+        let angle_loop = &pid.turn;
         let refuse = |key: &str| {
-            let key = format!("controller.{}.{key}", asked.angle);
+            let key = format!("controller.{}.{key}", angle_loop.angle);
             let allowed = "left out: the autopilot has nothing to write it to";
-            Err(not_allowed(&pid.file, asked.line, &key, "given", allowed))
+            Err(not_allowed(&pid.file, angle_loop.line, &key, "given", allowed))
         };
-        if asked.model.is_some() {
+        if angle_loop.model.is_some() {
             return refuse("model");
         }
-        if asked.rolloff > 0.0 {
+        if angle_loop.rolloff > 0.0 {
             return refuse("rolloff");
         }
         let drives = [Drive::Deflection, Drive::Moment];
-        let has = |drive: &&Drive| drive.units(Role::Proportional).iter().any(|unit| unit.0 == asked.kp.unit);
+        let has =
+            |drive: &&Drive| drive.units(Role::Proportional).iter().any(|unit| unit.0 == angle_loop.kp.unit);
         let drive = *drives.iter().find(has).unwrap_or(&Drive::Deflection);
         let of = |given: Option<&Given>, units: Vec<Unit>| number(pid, given, &units);
         let turn = [
-            of(Some(&asked.kp), drive.units(Role::Proportional))?,
-            of(asked.ki.as_ref(), drive.units(Role::Integral))?,
-            of(asked.kd.as_ref(), drive.units(Role::Derivative))?,
+            of(Some(&angle_loop.kp), drive.units(Role::Proportional))?,
+            of(angle_loop.ki.as_ref(), drive.units(Role::Integral))?,
+            of(angle_loop.kd.as_ref(), drive.units(Role::Derivative))?,
         ];
         let pair = |kp: &Given, ki: Option<&Given>, units: fn(Role) -> Vec<Unit>| {
             Ok::<_, FileError>([of(Some(kp), units(Role::Proportional))?, of(ki, units(Role::Integral))?])
         };
-        let depth = pid.depth.as_ref().map(|own| pair(&own.kp, own.ki.as_ref(), of_pitch)).transpose()?;
-        let speed = pid.speed.as_ref().map(|own| pair(&own.kp, own.ki.as_ref(), of_force)).transpose()?;
+        let depth = pid.depth.as_ref().map(|own| pair(&own.kp, own.ki.as_ref(), pitch_units)).transpose()?;
+        let speed = pid.speed.as_ref().map(|own| pair(&own.kp, own.ki.as_ref(), force_units)).transpose()?;
         Ok(Self { drive, turn, depth, speed })
     }
 
-    /// Refuses gains whose command is not that of the autopilot.
+    /// Refuses gains to another kind of command than the autopilot's.
     pub(crate) fn require(&self, pid: &Pid, drive: Drive, what: &str) -> Result<(), FileError> {
         if self.drive == drive {
             return Ok(());
@@ -254,7 +255,7 @@ impl Plain {
     }
 }
 
-/// Refuses a weight of the reference, which most autopilots do not have.
+/// Refuses a reference weight, which most autopilots do not have.
 pub(crate) fn no_weight(pid: &Pid) -> Result<(), FileError> {
     let weight = pid.turn.reference_weight;
     if weight == 1.0 {
@@ -272,9 +273,9 @@ pub(crate) fn no_depth(pid: &Pid, why: &str) -> Result<(), FileError> {
     pid.depth.as_ref().map_or(Ok(()), |depth| Err(refused(depth.line)))
 }
 
-/// What of a `[controller]` no autopilot has.
+/// Returns notes on parts of a `[controller]` that no autopilot has.
 pub(crate) fn not_written(pid: &Pid, speed: bool) -> Vec<String> {
-    let said = [
+    let candidates = [
         (!speed && pid.speed.is_some(), "[controller.speed]: the file has no gains from speed to thrust"),
         (pid.tracking_time.is_some(), "tracking_time: the autopilot limits its integral in its own way"),
         (
@@ -282,15 +283,15 @@ pub(crate) fn not_written(pid: &Pid, speed: bool) -> Vec<String> {
             "[controller.allocation]: the autopilot has its own",
         ),
     ];
-    said.iter().filter(|(given, _)| *given).map(|(_, words)| format!("Not written: {words}.")).collect()
+    candidates.iter().filter(|(given, _)| *given).map(|(_, note)| format!("Not written: {note}.")).collect()
 }
 
-/// A gain in SI that does not depend on the speed.
+/// Returns a gain in SI that does not depend on speed; 0 if left out.
 fn number(pid: &Pid, given: Option<&Given>, units: &[Unit]) -> Result<f64, FileError> {
     let Some(given) = given else { return Ok(0.0) };
     let refuse =
         |found: String, allowed: &str| Err(not_allowed(&pid.file, given.line, &given.key, found, allowed));
-    // A range of speed is needed for a table alone.
+    // Only a table needs the range of speed, so any range does here.
     if matches!(given.law, Law::Table { .. }) {
         return refuse("a function of speed".into(), CONSTANT);
     }

@@ -1,11 +1,11 @@
-//! MSS of Fossen, SIMremus100.m, and the Python Vehicle Simulator: numbers that a script assigns to names.
+//! MSS of Fossen, SIMremus100.m, and the Python Vehicle Simulator: numbers assigned to names in a script.
 //!
 //! `delta_s = -Kp_theta (theta - theta_d) - Kd_theta q - Ki_theta int (theta - theta_d) dt`
 
 use crate::allocation::Drive;
 use crate::angle::Angle;
 use crate::autopilots::form::{
-    Export, Import, Plain, Unread, no_depth, no_weight, not_written, stay, unread,
+    Export, Import, Plain, Unread, no_depth, no_weight, not_written, unchanged_notes, unread,
 };
 use crate::autopilots::source::{Numbers, Source};
 use crate::file::Pid;
@@ -13,7 +13,7 @@ use crate::gain::Role;
 use crate::refusal::not_allowed;
 use squid_auv::toml_file::FileError;
 
-/// The gains: name, key of `[controller.pitch]`, and what it multiplies.
+/// Gains: name in the script, key of `[controller.pitch]`, and role.
 const KEYS: [(&str, &str, Role); 3] = [
     ("Kp_theta", "kp", Role::Proportional),
     ("Ki_theta", "ki", Role::Integral),
@@ -35,14 +35,14 @@ const LEFT_OUT: [Unread; 4] = [
     ("K_w", |value| value != 0.0, "a gain on the heave speed: what these gains prove is the loop without it"),
 ];
 
-/// Reads assignments of MATLAB or Python outside comments; `self.` before a name does not count.
+/// Reads assignments of MATLAB or Python outside comments; the prefix `self.` of a name is dropped.
 fn source<'a>(text: &'a str, file: &'a str) -> Source<'a> {
     let (mut source, mut commented) = (Source::new(text, file), false);
     for (line, begin, whole) in source.lines() {
-        let words = whole.trim();
-        let quotes = words.matches("\"\"\"").count();
-        if matches!(words, "%{" | "%}") || quotes == 1 {
-            commented = words != "%}" && !commented;
+        let trimmed = whole.trim();
+        let quotes = trimmed.matches("\"\"\"").count();
+        if matches!(trimmed, "%{" | "%}") || quotes == 1 {
+            commented = trimmed != "%}" && !commented;
         }
         if commented || quotes > 0 {
             continue;
@@ -59,10 +59,10 @@ fn source<'a>(text: &'a str, file: &'a str) -> Source<'a> {
     source
 }
 
-/// The numbers of kp, and of ki and kd if the file has them.
+/// Reads kp, which is required, and ki and kd if present.
 fn read(source: &Source<'_>) -> Result<[Option<Numbers>; 3], FileError> {
     let kp = source.required(KEYS[0].0, 1, "the gain from the pitch error to the stern planes, a number")?;
-    source.above_zero(&kp, 0)?;
+    source.require_positive(&kp, 0)?;
     Ok([Some(kp), source.optional(KEYS[1].0, 1)?, source.optional(KEYS[2].0, 1)?])
 }
 
@@ -108,7 +108,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str) -> Result<Export, FileEr
         }
     }
     let mut notes = not_written(pid, false);
-    notes.extend(stay(&unread(&source, &LEFT_OUT[3..])?));
+    notes.extend(unchanged_notes(&unread(&source, &LEFT_OUT[3..])?));
     let (text, changes) = source.replaced(&new);
     Ok(Export { text, changes, notes })
 }

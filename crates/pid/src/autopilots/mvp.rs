@@ -1,20 +1,20 @@
 //! mvp_control of the University of Rhode Island: a YAML file with `control_modes`.
 //!
-//! `src/mvp_control/mimo_pid.cpp` has the law: `u = p e + clip(int i e dt) + d e'`, on the error alone.
+//! Source of the law: `src/mvp_control/mimo_pid.cpp`, `u = p e + clip(int i e dt) + d e'`, all terms on the error.
 
 use crate::allocation::Drive;
 use crate::angle::Angle;
 use crate::autopilots::form::{
-    Export, Import, Missing, Plain, left_out, no_depth, no_weight, not_written, stay,
+    Export, Import, Missing, Plain, left_out, no_depth, no_weight, not_written, unchanged_notes,
 };
 use crate::autopilots::source::{Entry, Numbers, Source};
 use crate::file::Pid;
-use crate::gain::{Role, of_force};
+use crate::gain::{Role, force_units};
 use crate::refusal::{not_allowed, refused};
 use saphyr_parser::{Event, Parser};
 use squid_auv::toml_file::{FileError, FileProblem};
 
-/// The gains of a degree of freedom: its key, that of `[controller]`, and what it multiplies.
+/// Gains of a degree of freedom: key in the file, key of `[controller]`, and role.
 const KEYS: [(&str, &str, Role); 3] =
     [("p", "kp", Role::Proportional), ("i", "ki", Role::Integral), ("d", "kd", Role::Derivative)];
 const LIMITS: [&str; 2] = ["i_max", "i_min"];
@@ -29,7 +29,7 @@ const fn freedom(angle: Angle) -> &'static str {
     }
 }
 
-/// Returns the law in words.
+/// Returns the law as text.
 fn law(angle: Angle) -> Vec<String> {
     let surge = if angle == Angle::Pitch { " speed error -> force along the hull;" } else { "" };
     vec![
@@ -46,15 +46,15 @@ const NO_SPEED: &str = "without p the speed loop of squid does not exist";
 const NO_RATE: &str =
     "the speed loop of squid has no derivative: what these gains prove is the loop without it";
 
-/// Where a mapping or sequence of YAML is open.
+/// An open mapping or sequence of YAML.
 enum Open {
-    /// A mapping, with the key whose value comes next.
+    /// A mapping with the key whose value comes next.
     Mapping(Option<String>),
-    /// A sequence: nothing in it is read.
+    /// A sequence, whose contents are ignored.
     Sequence,
 }
 
-/// Reads every value of a mapping; its key has those of the mappings around it, apart by points.
+/// Reads every value of a mapping; its key is the path of keys, joined by dots.
 fn source<'a>(text: &'a str, file: &'a str) -> Result<Source<'a>, FileError> {
     let mut source = Source::new(text, file);
     let starts: Vec<usize> = text.char_indices().map(|(at, _)| at).collect();
@@ -78,7 +78,7 @@ fn source<'a>(text: &'a str, file: &'a str) -> Result<Source<'a>, FileError> {
             }
             Event::Scalar(value, ..) => {
                 let begin = starts.get(span.start.index()).copied().unwrap_or(text.len());
-                // A quoted text, or one over several lines, is no number, and stands in messages alone.
+                // A quoted or multi-line scalar is not a number; only messages show it.
                 let size = if text[begin..].starts_with(&*value) { value.len() } else { 0 };
                 if let Some(key) = path {
                     let rest = &text[begin..];
@@ -99,7 +99,7 @@ fn source<'a>(text: &'a str, file: &'a str) -> Result<Source<'a>, FileError> {
             Event::Alias(_) => {}
             _ => continue,
         }
-        // A value has ended.
+        // End of a value.
         if let Some(Open::Mapping(key)) = open.last_mut() {
             *key = None;
         }
@@ -107,7 +107,7 @@ fn source<'a>(text: &'a str, file: &'a str) -> Result<Source<'a>, FileError> {
     Ok(source)
 }
 
-/// The keys of the open mappings; none inside a sequence.
+/// Returns the path of keys of the open mappings; `None` inside a sequence.
 fn path(open: &[Open]) -> Option<String> {
     let keys = open.iter().map(|one| match one {
         Open::Mapping(key) => key.clone(),
@@ -116,17 +116,17 @@ fn path(open: &[Open]) -> Option<String> {
     Some(keys.collect::<Option<Vec<_>>>()?.join("."))
 }
 
-/// The numbers of a mode.
+/// Numbers read from a control mode.
 struct Read {
-    /// The key of the mode.
+    /// Path of the mode.
     mode: String,
     turn: [Option<Numbers>; 3],
-    /// Of pitch alone: all three are none beside another angle.
+    /// Surge gains, for pitch only; all three are `None` for another angle.
     surge: [Option<Numbers>; 3],
     drive: Drive,
 }
 
-/// The modes that have gains of a degree of freedom: the whole key, and the name.
+/// Returns the modes that have gains of a degree of freedom: path and name.
 fn modes(source: &Source<'_>, freedom: &str) -> Vec<(String, String)> {
     let mut all: Vec<(String, String)> = vec![];
     for Entry { key, .. } in &source.entries {
@@ -143,7 +143,7 @@ fn modes(source: &Source<'_>, freedom: &str) -> Vec<(String, String)> {
     all
 }
 
-/// Reads what import and export need.
+/// Reads the numbers that import and export need.
 fn read(source: &Source<'_>, angle: Angle, missing: &Missing) -> Result<Read, FileError> {
     let own = freedom(angle);
     let all = modes(source, own);
@@ -172,7 +172,7 @@ fn read(source: &Source<'_>, angle: Angle, missing: &Missing) -> Result<Read, Fi
         }
     };
     let kp = format!("{mode}.{own}.{}", KEYS[0].0);
-    source.above_zero(&source.required(&kp, 1, &format!("the gain on the {angle} error"))?, 0)?;
+    source.require_positive(&source.required(&kp, 1, &format!("the gain on the {angle} error"))?, 0)?;
     let gains = |freedom: &str| {
         let mut found = [None, None, None];
         for (one, (key, ..)) in found.iter_mut().zip(KEYS) {
@@ -191,8 +191,8 @@ fn read(source: &Source<'_>, angle: Angle, missing: &Missing) -> Result<Read, Fi
     Ok(Read { mode, turn, surge, drive })
 }
 
-/// Refuses an integral whose limits hold it at 0: left out they are 0.
-fn acts(source: &Source<'_>, mode: &str, freedom: &str, ki: f64) -> Result<(), FileError> {
+/// Refuses an integral gain whose limits hold the integral at 0; an absent limit is 0.
+fn check_integral_limits(source: &Source<'_>, mode: &str, freedom: &str, ki: f64) -> Result<(), FileError> {
     let key = format!("{mode}.{freedom}.{}", KEYS[1].0);
     let mut limits = [0.0; 2];
     for (limit, name) in limits.iter_mut().zip(LIMITS) {
@@ -213,7 +213,7 @@ fn acts(source: &Source<'_>, mode: &str, freedom: &str, ki: f64) -> Result<(), F
     )
 }
 
-/// Whether a value is worth a word.
+/// Returns `true` if a value is worth reporting.
 const SET: fn(f64) -> bool = |value| value != 0.0;
 
 /// Reads the gains.
@@ -222,7 +222,7 @@ pub(crate) fn import(angle: Angle, text: &str, file: &str, missing: &Missing) ->
     let Read { mode, turn, surge, drive } = read(&source, angle, missing)?;
     let own = freedom(angle);
     for (freedom, gains) in [(own, &turn), (SURGE, &surge)] {
-        acts(&source, &mode, freedom, gains[1].as_ref().map_or(0.0, |ki| ki.values[0]))?;
+        check_integral_limits(&source, &mode, freedom, gains[1].as_ref().map_or(0.0, |ki| ki.values[0]))?;
     }
     let mut found = Import::new(angle, law(angle));
     for (numbers, (_, key, role)) in turn.iter().zip(KEYS) {
@@ -235,11 +235,11 @@ pub(crate) fn import(angle: Angle, text: &str, file: &str, missing: &Missing) ->
             );
         }
     }
-    let is_there = surge[0].as_ref().is_some_and(|kp| kp.values[0] > 0.0);
-    for (numbers, (_, key, role)) in surge.iter().zip(KEYS).take(2).filter(|_| is_there) {
+    let has_speed = surge[0].as_ref().is_some_and(|kp| kp.values[0] > 0.0);
+    for (numbers, (_, key, role)) in surge.iter().zip(KEYS).take(2).filter(|_| has_speed) {
         if let Some(Numbers { key: own, line, values, .. }) = numbers {
             let from = format!("line {line}, '{own}', not converted: N of all thrusters along the hull");
-            found.gain(("speed", key), values[0], &of_force(role), from);
+            found.gain(("speed", key), values[0], &force_units(role), from);
         }
     }
     for limit in LIMITS {
@@ -248,7 +248,7 @@ pub(crate) fn import(angle: Angle, text: &str, file: &str, missing: &Missing) ->
     if angle != Angle::Pitch {
         return Ok(found);
     }
-    if !is_there {
+    if !has_speed {
         found.left_out.extend(left_out(&source, &format!("{mode}.{SURGE}.i"), SET, NO_SPEED)?);
     }
     for limit in LIMITS {
@@ -268,7 +268,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
     plain.require(pid, drive, "that is the --unit given for the file")?;
     let mut new = vec![];
     let mut write = |numbers: &'_ [Option<Numbers>; 3], freedom: &str, gains: &[f64]| {
-        acts(&source, &mode, freedom, gains[1])?;
+        check_integral_limits(&source, &mode, freedom, gains[1])?;
         for ((numbers, (key, ..)), gain) in numbers.iter().zip(KEYS).zip(gains) {
             match numbers {
                 Some(numbers) => new.push((numbers.clone(), vec![*gain])),
@@ -291,7 +291,9 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
     }
     let mut notes = not_written(pid, writes_speed);
     if pid.turn.angle == Angle::Pitch {
-        notes.extend(stay(left_out(&source, &format!("{mode}.{SURGE}.d"), SET, NO_RATE)?.as_slice()));
+        notes.extend(unchanged_notes(
+            left_out(&source, &format!("{mode}.{SURGE}.d"), SET, NO_RATE)?.as_slice(),
+        ));
     }
     let new: Vec<(&Numbers, Vec<f64>)> =
         new.iter().map(|(numbers, gains)| (numbers, gains.clone())).collect();

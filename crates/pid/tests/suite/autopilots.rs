@@ -1,4 +1,4 @@
-//! Gains in files of autopilots: read, converted, refused, and written back.
+//! Gains in files of autopilots: import, conversion, errors and export.
 
 use crate::structure::{SPEED, close, response};
 use crate::vehicles::mistake;
@@ -8,18 +8,18 @@ use squid_auv::toml_file::FileError;
 use squid_pid::autopilots::{Autopilot, Import, Missing, export, import};
 use squid_pid::{Angle, Drive};
 
-/// The gains for LAUV, as in etc/auv/control.ini of DUNE.
+/// Gains for LAUV, as in etc/auv/control.ini of DUNE.
 const DUNE: &str = "[Control.AUV.Speed]\nMPS PID Gains                           = 0.0, 25.0, 0.0\n\n\
     [Control.AUV.Attitude]\nEnabled = Always\nDepth PID Gains        = 0.6, 0.0, 0.7\n\
     Pitch PID Gains                         = 1.5, 0.0, 1.1 ; of LAUV\n; Pitch PID Gains = 9, 9, 9\n\
     Error Attitude Compensation             = false\n\n\
     [Control.AUV.Allocator]\r\nFin effect M                            = 0.5\r\n";
 
-/// The defaults of ArduSub, in the three forms of a line.
+/// Defaults of ArduSub, in the three line formats.
 const ARDUSUB: &str = "# Vehicle 1\nATC_ANG_PIT_P,6.000000\nATC_RAT_PIT_P   0.135 # per rad/s\n\
     1\t1\tATC_RAT_PIT_I\t0.09\t9\nATC_RAT_PIT_D,0.0036\nATC_RAT_PIT_FF,0\nATC_RAT_RLL_P,0.2\nATC_RAT_PIT_IMAX,0.444\n";
 
-/// The gains of flight in config/modes.yaml of mvp, and a block mapping.
+/// Gains of the mode `flight` in config/modes.yaml of mvp, and a mode as block mapping.
 const MVP: &str = "\
 enabled: true
 control_modes: # α
@@ -36,11 +36,11 @@ control_modes: # α
   kill: false
 ";
 
-/// Names of SIMremus100.m, with the gains that its expressions have; one line of the Python Vehicle Simulator.
+/// Names of SIMremus100.m, with the values of its expressions; one line is from the Python Vehicle Simulator.
 const MSS: &str = "%{\nKp_theta = 1.0;\n%}\nKp_z = 0.1;  % depth\nKp_theta = 5.33; Ki_theta = 0.43; % pitch\n\
     self.Kd_theta = 10.7  # rate\ndelta_s = -Kp_theta * ssa(theta - theta_d) - Kd_theta * q;\n";
 
-/// An option of each file.
+/// Data that each file lacks.
 fn missing(autopilot: Autopilot) -> Missing {
     match autopilot {
         Autopilot::ArduSub => Missing { full_output: Some(40.0), ..Missing::default() },
@@ -63,7 +63,7 @@ fn left_out(found: &Import) -> Vec<(usize, &str)> {
     found.left_out.iter().map(|one| (one.line, one.key.as_str())).collect()
 }
 
-/// The gains as `pitch.kp`, value, unit.
+/// Returns name (such as `pitch.kp`), value and unit of each gain.
 fn gains(found: &Import) -> Vec<(String, f64, &'static str)> {
     let gain = |gain: &squid_pid::autopilots::Imported| {
         (format!("{}.{}", gain.table, gain.key), gain.value, gain.unit.unwrap_or_default())
@@ -90,14 +90,14 @@ fn gains_of_dune_are_radians_of_the_fins() {
         [(6, "[Control.AUV.Attitude] Depth PID Gains"), (2, "[Control.AUV.Speed] MPS PID Gains")]
     );
     insta::assert_snapshot!(found.toml("control.ini"));
-    // A fin of half the effect turns twice as far: 0.5/0.25.
+    // A fin of half the effect is deflected twice as far: 0.5/0.25.
     let found = read(Autopilot::Dune, &DUNE.replace("= 0.5\r", "= 0.25\r")).unwrap();
     assert_eq!(gains(&found)[0].1, 3.0);
-    // A task of the vehicle alone is flown, and a derivative of the error gets a note.
+    // A task enabled on hardware only is accepted, and altitude control gets a note.
     let text = DUNE.replace("= Always", "= Hardware\nAltitude Control -- Enabled = true");
     let found = read(Autopilot::Dune, &text).unwrap();
     insta::assert_snapshot!("altitude", found.notes.join("\n"));
-    // Without the allocator its default is taken.
+    // Without the section of the allocator DUNE's default applies.
     let short = DUNE.split("[Control.AUV.Allocator]").next().unwrap();
     let found = read(Autopilot::Dune, short).unwrap();
     insta::assert_snapshot!("default_fin_effect", &found.gains[0].source);
@@ -111,14 +111,14 @@ fn a_depth_loop_of_dune_is_read_if_it_has_no_derivative() {
     assert_eq!(depth, [("depth.kp".into(), 0.6, "rad/m"), ("depth.ki".into(), 0.02, "rad/(m.s)")]);
     let back = written(Autopilot::Dune, &found.toml("a").replace("0.02", "0.03"), &text).unwrap();
     assert_eq!(back, text.replace("0.02", "0.03"));
-    // With one it is neither read nor written.
+    // A loop with derivative is neither read nor written.
     let error = written(Autopilot::Dune, &found.toml("a"), DUNE).unwrap_err();
     assert_eq!(mistake(&error), (6, "[Control.AUV.Attitude] Depth PID Gains".into()));
     insta::assert_snapshot!(error);
 }
 
 #[test]
-fn gains_of_mvp_have_the_unit_that_is_given() {
+fn imports_mvp_gains_in_given_unit() {
     let found = read(Autopilot::Mvp, MVP).unwrap();
     let expected = [
         ("pitch.kp".into(), 5.0, "N.m/rad"),
@@ -146,10 +146,10 @@ fn gains_of_a_script_are_its_numbers() {
     insta::assert_snapshot!(heave.remarks().join("\n"));
 }
 
-/// The cascade of ArduSub and the cascade of squid have the same response, from the reference and from pitch, whose
-/// rate is s times pitch.
+/// The cascades of ArduSub and of squid have the same response to the reference and to pitch, whose rate is s times
+/// pitch.
 #[test]
-fn the_cascade_of_ardusub_is_that_of_squid() {
+fn ardusub_cascade_equals_squid_cascade() {
     let found = read(Autopilot::ArduSub, ARDUSUB).unwrap();
     let (ka, kp, ki, full) = (6.0, 0.135, 0.09, 40.0);
     for omega in [0.03, 0.7, 2.0, 15.0] {
@@ -168,7 +168,7 @@ fn the_cascade_of_ardusub_is_that_of_squid() {
     assert_eq!(names, ["pitch.kp", "pitch.kd"]);
 }
 
-/// Of the two cascades with the same feedback the weight of the reference says which.
+/// The reference weight selects one of two cascades with the same feedback.
 #[test]
 fn ardusub_has_the_weight_of_its_cascade_alone() {
     let with = |weight: &str, ki: &str| {
@@ -196,7 +196,7 @@ fn ardusub_has_the_weight_of_its_cascade_alone() {
     insta::assert_snapshot!(format!("{weight}\n{integral}"));
 }
 
-/// A file of each autopilot with gains of heading and of roll.
+/// Files of autopilots with gains of heading and of roll.
 const TURNS: [(Autopilot, Angle, &str); 6] = [
     (
         Autopilot::Dune,
@@ -220,9 +220,9 @@ const TURNS: [(Autopilot, Angle, &str); 6] = [
     (Autopilot::Mvp, Angle::Roll, "control_modes:\n  flight:\n    roll: {p: 5.0, d: 2.0}\n"),
 ];
 
-/// The gains, from the laws of the autopilots by hand, and back into the same bytes.
+/// Gains computed by hand from the laws of the autopilots are imported, and exported to the same bytes.
 #[test]
-fn gains_of_heading_and_of_roll_are_read_and_written() {
+fn imports_and_exports_heading_and_roll_gains() {
     // DUNE: 1.2 (1.5 e - psi') + 0.3 int over 2 x 0.4 N m/rad; 4 fins of 0.25 N m/rad. ArduSub: times 40 N m.
     let expected: [&[f64]; 6] = [
         &[(1.2 * 1.5 + 0.3) / 0.8, 0.3 * 1.5 / 0.8, 1.2 / 0.8, 1.8 / 2.1],
@@ -246,7 +246,7 @@ fn gains_of_heading_and_of_roll_are_read_and_written() {
     }
 }
 
-/// Laws of heading and of roll that are no PID, and gains that are not flown.
+/// Rejects laws of heading and roll that are not a PID, and gains that are not in use.
 #[test]
 fn other_laws_of_heading_and_of_roll_are_refused() {
     let cases = [
@@ -288,9 +288,9 @@ fn other_laws_of_heading_and_of_roll_are_refused() {
     insta::assert_snapshot!(messages.join("\n\n"));
 }
 
-/// Every file with the gains that it has is the same to the last byte, and so is what was read of it.
+/// Exporting imported gains reproduces every file byte for byte.
 #[test]
-fn what_was_read_is_written_as_it_was() {
+fn exports_imported_gains_unchanged() {
     for (autopilot, text) in ALL {
         let found = read(autopilot, text).unwrap();
         let toml = found.toml("theirs");
@@ -299,7 +299,7 @@ fn what_was_read_is_written_as_it_was() {
     }
 }
 
-/// The text without the numbers of the gains.
+/// Returns the text without the numbers of the gains.
 fn frame(
     text: &str,
     changes: &[squid_pid::autopilots::Change],
@@ -317,15 +317,15 @@ fn frame(
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Gains that are written and read again are the same, and nothing else in the file changes.
+    /// Exported and re-imported gains are equal, and nothing else in the file changes.
     #[test]
-    fn gains_survive_the_way_there_and_back(
+    fn gains_survive_export_and_import(
         kp in 0.01..50.0_f64, ki in 0.001..1.0_f64, kd in 0.01..50.0_f64,
         surge in 0.1..90.0_f64, effect in 0.1..2.0_f64,
     ) {
         for (autopilot, text) in ALL {
             let text = text.replace("= 0.5\r", &format!("= {effect}\r"));
-            // A cascade of ArduSub has at most so much of an integral, and one weight of the reference.
+            // The integral of an ArduSub cascade is bounded, and its reference weight is determined by the gains.
             let ki = if autopilot == Autopilot::ArduSub { ki * kp * kp / (4.0 * kd) } else { ki };
             let weight = 0.5 * (1.0 + (1.0 - 4.0 * kd * ki / (kp * kp)).max(0.0).sqrt());
             let moment = matches!(autopilot, Autopilot::ArduSub | Autopilot::Mvp);
@@ -356,7 +356,7 @@ proptest! {
     }
 }
 
-/// Values that are ambiguous, missing or no number.
+/// Rejects values that are ambiguous, missing or not a number.
 #[test]
 fn refuses_files_that_cannot_be_read_in_one_way() {
     use Autopilot::{ArduSub, Dune, Mss, Mvp};
@@ -422,7 +422,7 @@ fn asks_for_what_the_file_does_not_say() {
     insta::assert_snapshot!(format!("{moment}\n{mode}\n{unit}"));
 }
 
-/// Gains that an autopilot cannot have.
+/// Rejects gains that an autopilot cannot represent.
 #[test]
 fn refuses_to_write_what_the_autopilot_does_not_have() {
     use Autopilot::{ArduSub, Dune, Mss, Mvp};
@@ -458,7 +458,7 @@ fn refuses_to_write_what_the_autopilot_does_not_have() {
         assert_eq!((error.file.as_str(), mistake(&error)), ("mine.toml", expected), "{error}");
         messages.push(format!("{autopilot:?}:\n{pitch}{more}{error}"));
     }
-    // An integral that the limits of the file hold at 0.
+    // Limits in the file hold the integral at 0.
     let integral = format!("{moments}ki = {{ value = 0.5, unit = \"N.m/(rad.s)\" }}\n");
     let hold = Missing { mode: Some("hold".into()), ..missing(Mvp) };
     let pid = squid_pid::read_file(&controller(&integral, ""), "mine.toml").unwrap();
@@ -466,12 +466,12 @@ fn refuses_to_write_what_the_autopilot_does_not_have() {
     assert_eq!(mistake(&held), (10, "control_modes.hold.pitch.i".into()));
     let limited = written(ArduSub, &controller(&integral, ""), &ARDUSUB.replace("0.444", "0")).unwrap_err();
     assert_eq!(mistake(&limited), (8, "ATC_RAT_PIT_IMAX".into()));
-    // A gain that the file has no key for.
+    // The file has no key for the gain.
     let missing = written(Mss, &controller(radians, ""), "Kp_theta = 5.0\n").unwrap_err();
     assert_eq!(mistake(&missing), (1, "Kd_theta".into()));
     messages.extend([held, limited, missing].map(|error| error.to_string()));
     insta::assert_snapshot!(messages.join("\n\n"));
-    // A gain that is left out is 0 in the file, and degrees per degree are radians per radian.
+    // An omitted gain is written as 0, and degrees per degree equal radians per radian.
     let found = written(Mss, &controller(&radians.replace("rad/rad", "deg/deg"), SPEED), MSS).unwrap();
     assert_eq!(found, MSS.replace("5.33", "3.0").replace("0.43", "0.0").replace("10.7", "2.0"));
 }

@@ -1,4 +1,4 @@
-//! PID cascades: what is read, what is refused, and the controller that follows.
+//! PID cascades: files, errors, and the resulting controller.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod autopilots;

@@ -1,4 +1,4 @@
-//! Refused controllers: the line and the key of each mistake; the messages are in the snapshots.
+//! Rejected controllers: line and key of each mistake; snapshots hold the messages.
 
 use crate::vehicles::{layout, made, mistake};
 use squid_pid::Layout;
@@ -90,7 +90,7 @@ fn refuses_actuators_that_cannot_carry_out_a_command() {
         ("pitch = { rudder = 1.0 }", 10, "controller.allocation.pitch"),
         ("speed = { stern_planes = 1.0 }", 10, "controller.allocation.speed"),
         ("pitch = { propeller = 1.0 }", 10, "controller.allocation.pitch"),
-        // Without the minus the planes turn the bow down.
+        // Without the minus sign the planes turn the bow down.
         ("pitch = { stern_planes = 1.0 }", 4, "controller.pitch.kp"),
     ];
     let mut messages = vec![];

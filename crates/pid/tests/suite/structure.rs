@@ -7,7 +7,7 @@ use squid_lpv::matrix::Mat;
 pub const SPEED: &str =
     "[controller.speed]\nkp = { value = 30.0, unit = \"N.s/m\" }\nki = { value = 10.0, unit = \"N/m\" }\n";
 
-/// The response of the controller frozen at rho, from y in SI to the outputs of the actuators in SI.
+/// Returns the response of the controller frozen at rho, from y in SI to the actuator outputs in SI.
 pub fn response(
     name: &str,
     tracked: &'static str,
@@ -27,9 +27,9 @@ pub fn close(found: Complex<f64>, expected: Complex<f64>) {
     assert!((found - expected).norm() < 1e-9 * (1.0 + expected.norm()), "{found} instead of {expected}");
 }
 
-/// REMUS 100: a positive deflection turns the bow down, so the planes get minus the command.
+/// REMUS 100: a positive deflection turns the bow down, so the planes get the negative command.
 #[test]
-fn gains_of_a_pid_over_speed_are_those_of_its_equations() {
+fn scheduled_gains_match_equations() {
     let text = format!(
         "[controller]\nkind = \"pid\"\n[controller.pitch]\n\
          kp = {{ value = [5.0, -1.0, 0.3], unit = \"deg/deg\" }}\nki = {{ value = [0.4, 0.1], unit = \"1/s\" }}\n\
@@ -52,9 +52,9 @@ fn gains_of_a_pid_over_speed_are_those_of_its_equations() {
     }
 }
 
-/// Squid: three thrusters share a moment without force, and a force without moment.
+/// Squid: three thrusters produce a moment without force, and a force without moment.
 #[test]
-fn a_reference_model_and_thrusters() {
+fn follows_reference_model_with_thrusters() {
     let text = "[controller]\nkind = \"pid\"\n[controller.pitch]\n\
         kp = { value = 2.0, unit = \"N.m/deg\" }\nki = { value = 20.0, unit = \"N.m/(rad.s)\" }\n\
         kd = { value = [80.0, 30.0], unit = \"N.m.s/rad\" }\nfeedforward = { value = 50.0, unit = \"N.m.s2/rad\" }\n\
@@ -80,7 +80,7 @@ fn a_reference_model_and_thrusters() {
     close(g[1][2] / g[0][2], Complex::new(-0.5, 0.0));
 }
 
-/// A vehicle that is too deep raises its bow.
+/// A vehicle below its depth reference raises its bow.
 #[test]
 fn depth_commands_pitch() {
     let text = format!(
@@ -95,9 +95,9 @@ fn depth_commands_pitch() {
     close(g[1][2], Complex::new(3.0, 0.0));
 }
 
-/// What a search over gains needs: the matrices are affine in each coefficient.
+/// The matrices are affine in each coefficient, as a search over gains requires.
 #[test]
-fn the_controller_is_affine_in_its_gains() {
+fn controller_is_affine_in_gains() {
     let text = format!(
         "[controller]\nkind = \"pid\"\n[controller.pitch]\nkp = {{ value = [5.0, -1.0, 0.3], unit = \"rad/rad\" }}\n\
          ki = {{ value = 0.4, unit = \"1/s\" }}\n{SPEED}"
@@ -122,14 +122,14 @@ fn the_controller_is_affine_in_its_gains() {
     let values = [4.0, 2.0, -0.5, 0.9, 30.0, 10.0];
     let expected = made("remus100", &layout("pitch"), &other).unwrap().controller();
     assert!((affine.at(&values) - expected.matrix()).amax() < 1e-12);
-    // The parameter loop is nilpotent: well posed for every rho.
+    // The parameter loop is nilpotent, hence well posed for every rho.
     let dtt = expected.dtt();
     assert_eq!(&dtt * &dtt, Mat::zeros(2, 2));
 }
 
 /// A parabola through three points overshoots the lines between them.
 #[test]
-fn a_table_is_fitted_and_its_misfit_is_said() {
+fn fits_table_and_reports_misfit() {
     let with = |gain: &str| {
         let text = format!(
             "[controller]\nkind = \"pid\"\n[controller.pitch]\nkp = {{ {gain}, unit = \"rad/rad\" }}\n{SPEED}"
@@ -150,7 +150,7 @@ fn a_table_is_fitted_and_its_misfit_is_said() {
     assert!(straight.misfits[0].relative < 1e-12 && straight.gains[0].coefficients.len() == 2);
 }
 
-/// At its limit a command loses the integral term in the tracking time: `ki I' = -(v - sat v)/Tt`.
+/// The integral term of a saturated command decays with the tracking time: `ki I' = -(v - sat v)/Tt`.
 #[test]
 fn anti_windup_is_back_calculation() {
     let text = format!(
@@ -160,13 +160,13 @@ fn anti_windup_is_back_calculation() {
     let structure = made("remus100", &layout("pitch"), &text).unwrap();
     let gain = structure.anti_windup();
     let reach: Vec<f64> = vehicle("remus100").actuators.iter().map(squid_auv::Actuator::reach).collect();
-    // States in units of the pitch and the speed measurement, 0.1 and 0.5; the planes act with the sign -1.
+    // States are in units of the pitch and speed measurements, 0.1 and 0.5; the planes act with the sign -1.
     for (state, actuator, unit, ki, sign) in [(0, 1, 0.1, 0.4, -1.0), (1, 0, 0.5, 10.0, 1.0)] {
         let fall = ki * unit * gain[(state, actuator)] / (sign * reach[actuator]);
         assert!((fall + 2.0).abs() < 1e-12, "{fall}");
         assert!(gain[(state, 1 - actuator)].abs() < 1e-12);
     }
-    // Without the key the time is kp/ki.
+    // The default of the tracking time is kp/ki.
     let without = text.replace("tracking_time = 0.5\n", "");
     let own = made("remus100", &layout("pitch"), &without).unwrap().anti_windup();
     for (state, actuator, time) in [(0, 1, 5.0 / 0.4), (1, 0, 3.0)] {

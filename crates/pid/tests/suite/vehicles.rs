@@ -4,7 +4,7 @@ use squid_auv::Vehicle;
 use squid_auv::toml_file::{FileError, Mistake};
 use squid_pid::{Layout, Port, Structure};
 
-/// The range of speed, by its centre and half range.
+/// Centre and half width of the speed range.
 pub const SCHEDULING: (f64, f64) = (1.8, 0.4);
 
 pub fn vehicle(name: &str) -> Vehicle {
@@ -12,7 +12,7 @@ pub fn vehicle(name: &str) -> Vehicle {
     Vehicle::parse(&std::fs::read_to_string(&path).unwrap(), &path).unwrap().in_plane()
 }
 
-/// References of an output and of speed; pitch, speed, pitch rate and depth are measured, each in a unit of its own.
+/// References of an output and of speed; measurements of pitch, speed, pitch rate and depth, each in its own unit.
 pub fn layout(tracked: &'static str) -> Layout {
     let port = |signal, scale| Port { signal, scale };
     Layout {
@@ -33,7 +33,7 @@ pub fn mistake(error: &FileError) -> (usize, String) {
     (*line, problem.key().unwrap_or_default().to_owned())
 }
 
-/// Returns the cascade of a text for a vehicle.
+/// Returns the cascade of a controller's text for a vehicle.
 pub fn made(name: &str, layout: &Layout, text: &str) -> Result<Structure, FileError> {
     let file = squid_pid::read_file(text, "mine.toml")?;
     let vehicle = vehicle(name);
