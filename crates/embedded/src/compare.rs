@@ -38,10 +38,11 @@ fn same(a: &str, b: &str) -> bool {
     a == b || number(a).is_some_and(|a| number(b) == Some(a))
 }
 
-/// The name of the table that a token is part of: `static const real NAME[..] = {.. token ..};`.
+/// The name of the table that a token is part of: `static const TYPE NAME[..] = {.. token ..};`.
 fn table(tokens: &[Token<'_>], at: usize) -> Option<String> {
-    let begin = tokens[..at.min(tokens.len())].iter().rposition(|token| token.text == ";")? + 1;
+    let begin =
+        tokens[..at.min(tokens.len())].iter().rposition(|token| [";", "\n"].contains(&token.text))? + 1;
     let mut texts = tokens[begin..].iter().map(|token| token.text);
-    let is_table = ["static", "const", "real"].iter().all(|word| texts.next() == Some(word));
-    texts.next().filter(|_| is_table).map(str::to_owned)
+    let is_table = ["static", "const"].iter().all(|word| texts.next() == Some(word));
+    texts.nth(1).filter(|_| is_table).map(str::to_owned)
 }

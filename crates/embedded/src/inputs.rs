@@ -1,4 +1,4 @@
-//! What the autopilot takes: measurements and references.
+//! What the autopilot takes: measurements and references, and the index of each in the tables.
 
 use squid_scheduled::{ControllerDesign, Kind, Level, Port};
 
@@ -8,13 +8,8 @@ pub(crate) struct Input {
     /// The index of its signal.
     pub(crate) signal: usize,
     pub(crate) measured: bool,
-    comment: String,
-}
-
-impl Input {
-    pub(crate) fn member(&self) -> String {
-        format!("    @prefix@_real {}; /* {} */\n", self.name, self.comment)
-    }
+    /// Its unit, range and meaning.
+    pub(crate) comment: String,
 }
 
 /// What the design measures, then the references that it follows: the inputs of the FMU, with their ranges.
@@ -30,27 +25,24 @@ pub(crate) fn inputs(design: &ControllerDesign) -> Vec<Input> {
         };
         format!("{}{range}: {what}", signal.unit)
     };
-    let each = design.signals.iter().enumerate();
-    let measured = each.filter(|(index, _)| design.measures(*index)).map(|(index, signal)| Input {
-        name: signal.name.clone(),
-        signal: index,
-        measured: true,
-        comment: comment(signal, true, &signal.measured),
-    });
-    let wanted = design.references().enumerate().filter(|(index, _)| design.follows(*index));
-    let wanted = wanted.map(|(index, (signal, reference))| Input {
-        name: reference.name.clone(),
-        signal: index,
-        measured: false,
-        comment: comment(signal, false, &reference.wanted),
-    });
-    measured.chain(wanted).collect()
+    let input = |index: usize, measured: bool| {
+        let signal = &design.signals[index];
+        let wanted = signal.reference.as_ref().filter(|_| !measured);
+        let (name, what) = wanted.map_or((&signal.name, &signal.measured), |one| (&one.name, &one.wanted));
+        Input { name: name.clone(), signal: index, measured, comment: comment(signal, measured, what) }
+    };
+    let measured = measurements(design).into_iter().map(|index| input(index, true));
+    measured.chain(references(design).into_iter().map(|index| input(index, false))).collect()
 }
 
-/// The signals whose references the design follows, with their indices.
-pub(crate) fn references(design: &ControllerDesign) -> impl Iterator<Item = (usize, &Port)> {
-    let followed = design.references().enumerate().filter(|(index, _)| design.follows(*index));
-    followed.map(|(index, (signal, _))| (index, signal))
+/// The signals that the design measures.
+pub(crate) fn measurements(design: &ControllerDesign) -> Vec<usize> {
+    (0..design.signals.len()).filter(|index| design.measures(*index)).collect()
+}
+
+/// The signals whose references the design follows.
+pub(crate) fn references(design: &ControllerDesign) -> Vec<usize> {
+    (0..design.references().count()).filter(|index| design.follows(*index)).collect()
 }
 
 /// The name of the reference of a signal.
@@ -58,26 +50,32 @@ pub(crate) fn reference(signal: &Port) -> &str {
     signal.reference.as_ref().map_or("", |reference| &reference.name)
 }
 
-/// Whether the rate of the reference of a signal is limited.
-pub(crate) fn has_rate(design: &ControllerDesign, signal: &Port) -> bool {
-    design.envelope.get(&signal.name).is_some_and(|limits| limits.rate.is_some())
-}
-
 /// The signals that are deviations from the value measured at the reset, which the state keeps.
-pub(crate) fn origins(design: &ControllerDesign) -> impl Iterator<Item = &Port> {
-    let measured = |signal: &Port| {
+pub(crate) fn origins(design: &ControllerDesign) -> Vec<usize> {
+    let is_measured = |name: &str| {
         let inputs = design.controller_inputs.iter().filter(|input| input.kind == Kind::Measurement);
-        inputs.into_iter().any(|input| input.signal == signal.name)
+        inputs.into_iter().any(|input| input.signal == *name)
     };
-    design.signals.iter().filter(move |signal| signal.level == Level::Start && measured(signal))
+    let is_origin = |signal: &Port| signal.level == Level::Start && is_measured(&signal.name);
+    (0..design.signals.len()).filter(|index| is_origin(&design.signals[*index])).collect()
 }
 
-/// Whether the state keeps the commands that came out last.
-pub(crate) fn keeps_commands(design: &ControllerDesign) -> bool {
-    design.anti_windup.is_some() || design.failsafe.is_some()
+/// The signals whose trim is needed: those that are put out, and those from whose trim an input is a deviation.
+pub(crate) fn trims(design: &ControllerDesign) -> Vec<usize> {
+    let is_input = |name: &str| {
+        let inputs = design.controller_inputs.iter().filter(|input| input.kind != Kind::Error);
+        inputs.into_iter().any(|input| input.signal == *name)
+    };
+    let is_needed = |index: &usize| {
+        let signal = &design.signals[*index];
+        signal.level == Level::Trim && (design.trimmed().any(|one| one == *index) || is_input(&signal.name))
+    };
+    (0..design.signals.len()).filter(is_needed).collect()
 }
 
-/// A value of a signal near another: of an angle that comes back to itself the nearest.
-pub(crate) fn near(signal: &Port, value: String, to: &str) -> String {
-    if signal.circular { format!("nearest({value}, {to})") } else { value }
+/// The actuators at whose limits the reference of a signal yields, a bit each.
+pub(crate) fn steered_by(design: &ControllerDesign, index: usize) -> u32 {
+    let name = &design.signals[index].name;
+    let all = design.actuators.iter().enumerate().filter(|(_, one)| one.steers.contains(name));
+    if design.measures(index) { all.map(|(index, _)| 1 << index).sum() } else { 0 }
 }

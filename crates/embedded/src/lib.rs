@@ -5,33 +5,31 @@
 //! those of several axes -> together -> NAME.h, NAME.c
 //! ```
 //!
-//! The source has the numbers of [`squid_scheduled::Autopilot`] and does its operations in its order, so that the results are
-//! the same to the last bit. `template/` has what is the same for every design.
+//! The source has the numbers of [`squid_scheduled::Autopilot`] and does its operations in its order, so that the
+//! results are the same to the last bit. The law is in `c/autopilot.c`, the same for every design; the tables of a
+//! design take the place of its line `#include "tables.h"`, and the name of the autopilot that of `autopilot`.
 
+mod about;
 mod compare;
 mod error;
-mod failsafe;
-mod follow;
-mod governor;
 mod header;
 mod inputs;
-mod library;
+mod numbers;
 mod real;
-mod references;
-mod source;
 mod tables;
-mod template;
+mod text;
 mod whole;
 
+pub use about::Standing;
 pub use compare::compare;
 pub use error::{ExportError, SourceError};
-pub use header::Standing;
 pub use real::Real;
 pub use whole::together;
 
 use crate::header::header;
-use crate::source::source;
-use crate::tables::Tables;
+use crate::numbers::Numbers;
+use crate::tables::tables;
+use crate::text::{library, named, title};
 use squid_scheduled::{ControllerDesign, DEFAULT_DESIGN};
 
 /// The two files, in memory.
@@ -50,14 +48,30 @@ pub struct Source {
 /// # Errors
 /// [`ExportError`].
 pub fn export(design: &ControllerDesign, standing: &Standing, real: Real) -> Result<Source, ExportError> {
-    let tables = Tables::of(design, real)?;
+    let numbers = Numbers::of(design, real)?;
     // Those of several designs can be linked together.
     let of_design = if design.design == DEFAULT_DESIGN { "" } else { design.design.as_str() };
     let name = squid_model_description::identifier(&format!("{} {of_design}", design.vehicle.name));
-    let fields = template::fields(&name, design, real);
-    Ok(Source {
-        header: header(design, &tables, standing, &fields)?,
-        source: source(design, &tables, &fields),
-        name,
-    })
+    let libraries = library(design, real).map_or("No function of a library is called.".to_owned(), |one| {
+        format!("Of the mathematical library it {one}")
+    });
+    let title = title(design);
+    let (types, law) = LAW.split_once(TABLES).unwrap_or((LAW, ""));
+    let source = [
+        format!(
+            "/* {title} {name}.h says how it is used.\n * {libraries} Not to be edited: `squid verify --c` compares it \
+             with the certificate. */\n\n"
+        ),
+        named(types, &name),
+        tables(design, &numbers, &name),
+        named(law, &name),
+    ];
+    let header = header(design, &numbers, standing, &name)?;
+    Ok(Source { header, source: source.concat(), name })
 }
+
+/// The law in C, the same for every design.
+const LAW: &str = include_str!("c/autopilot.c");
+
+/// Where it has the tables of a design.
+const TABLES: &str = "#include \"tables.h\"\n";

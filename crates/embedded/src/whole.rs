@@ -4,7 +4,7 @@
 //! first begins with the name of that axis, as in the FMU.
 
 use crate::Source;
-use crate::template::{fill, lines, paragraph, plain};
+use crate::text::{comment, fill, lines, named, plain};
 use squid_scheduled::ControllerDesign;
 
 /// An axis: what it is called, its design, and its own source.
@@ -27,9 +27,12 @@ pub fn together(name: &str, axes: &[Axis<'_>]) -> Source {
     let call =
         |words: &str| each(&|(called, ..)| format!("    note(&result, {});", words.replace("AXIS", called)));
     let is_safe = axes.iter().all(|(_, design, _)| design.failsafe.is_some());
-    let safe = "/* What the actuators get where a sensor is lost that nothing replaces. */\n\
-                void @prefix@_safe(@prefix@_commands *out);";
-    let parts: Vec<String> = axes.iter().enumerate().map(|(index, axis)| of_axis(index, axis)).collect();
+    let safe = format!(
+        "/* What the actuators get where a sensor is lost that nothing replaces. */\n\
+         void {name}_safe({name}_commands *out);"
+    );
+    let parts: Vec<String> =
+        axes.iter().enumerate().map(|(index, axis)| of_axis(name, index, axis)).collect();
     let fields = [
         ("title", plain(&format!("The autopilot of {vehicle}: {}.", names.join(", ")))),
         ("about", about(&names, axes)),
@@ -39,9 +42,9 @@ pub fn together(name: &str, axes: &[Axis<'_>]) -> Source {
             "sample_time",
             axes.first().map_or_else(String::new, |(_, one, _)| format!("{:?}", one.sample_time)),
         ),
-        ("inputs", union(axes, "inputs")),
-        ("outputs", union(axes, "outputs")),
-        ("commands", union(axes, "commands")),
+        ("inputs", union(name, axes, "inputs")),
+        ("outputs", union(name, axes, "outputs")),
+        ("commands", union(name, axes, "commands")),
         ("states", each(&|(called, _, source)| format!("    {}_state {called};", source.name))),
         ("parts", parts.join("\n")),
         ("init", call("begin_AXIS(&fresh.AXIS, 0, &first)")),
@@ -49,15 +52,13 @@ pub fn together(name: &str, axes: &[Axis<'_>]) -> Source {
         ("step", call("step_AXIS(&state->AXIS, in, out)")),
         ("follow", call("follow_AXIS(&state->AXIS, in, applied)")),
         ("feed_back", call("feed_back_AXIS(&state->AXIS, applied)")),
-        ("safe", if is_safe { safe.to_owned() } else { String::new() }),
-        ("safe_of_each", if is_safe { safe_of_each(axes) } else { String::new() }),
-        ("prefix", name.to_owned()),
-        ("PREFIX", name.to_ascii_uppercase()),
+        ("safe", if is_safe { safe } else { String::new() }),
+        ("safe_of_each", if is_safe { safe_of_each(name, axes) } else { String::new() }),
     ];
     Source {
         name: name.to_owned(),
-        header: fill(include_str!("template/whole.h"), &fields),
-        source: fill(include_str!("template/whole.c"), &fields),
+        header: fill(&named(include_str!("c/whole.h"), name), &fields),
+        source: fill(&named(include_str!("c/whole.c"), name), &fields),
     }
 }
 
@@ -79,14 +80,14 @@ fn about(names: &[&str], axes: &[Axis<'_>]) -> String {
             names.join(", ")
         ),
     ];
-    paragraphs.iter().map(|words| paragraph(words)).collect::<Vec<_>>().join(" *\n")
+    comment(&paragraphs)
 }
 
 /// The members of all axes in a struct, each once.
-fn union(axes: &[Axis<'_>], of: &str) -> String {
+fn union(name: &str, axes: &[Axis<'_>], of: &str) -> String {
     let mut all: Vec<Member> = Vec::new();
     for (index, axis) in axes.iter().enumerate() {
-        for member in members(index, axis, of) {
+        for member in members(name, index, axis, of) {
             if all.iter().all(|other| other.whole != member.whole) {
                 all.push(member);
             }
@@ -100,13 +101,13 @@ fn union(axes: &[Axis<'_>], of: &str) -> String {
 }
 
 /// The members of a struct in the header of an axis.
-fn members(index: usize, (called, design, source): &Axis<'_>, of: &str) -> Vec<Member> {
+fn members(name: &str, index: usize, (called, design, source): &Axis<'_>, of: &str) -> Vec<Member> {
     let (before, _) = source.header.split_once(&format!("}} {}_{of};", source.name)).unwrap_or_default();
     let (_, inside) = before.rsplit_once("typedef struct {\n").unwrap_or_default();
     let (mut all, mut kept) = (Vec::new(), String::new());
     for line in inside.lines() {
         let line = line
-            .replace(&format!("{}_real ", source.name), "@prefix@_real ")
+            .replace(&format!("{}_real ", source.name), &format!("{name}_real "))
             .replace("the bits below", &format!("the bits in {called}/{}.h", source.name));
         let Some(own) = line.split_once(';').and_then(|(declared, _)| declared.split_whitespace().last())
         else {
@@ -126,9 +127,10 @@ fn members(index: usize, (called, design, source): &Axis<'_>, of: &str) -> Vec<M
 }
 
 /// The functions of an axis.
-fn of_axis(index: usize, axis: &Axis<'_>) -> String {
+fn of_axis(name: &str, index: usize, axis: &Axis<'_>) -> String {
     let (called, _, source) = axis;
-    let each = |of: &str, line: &dyn Fn(&Member) -> String| lines(members(index, axis, of).iter().map(line));
+    let each =
+        |of: &str, line: &dyn Fn(&Member) -> String| lines(members(name, index, axis, of).iter().map(line));
     let take = |one: &Member| format!("    to.{} = from->{};", one.own, one.whole);
     let put = |one: &Member| format!("    to->{} = from->{};", one.whole, one.own);
     let fields = [
@@ -139,16 +141,16 @@ fn of_axis(index: usize, axis: &Axis<'_>) -> String {
         ("own", source.name.clone()),
         ("OWN", source.name.to_ascii_uppercase()),
     ];
-    fill(include_str!("template/whole_axis.c"), &fields)
+    fill(&named(include_str!("c/whole_axis.c"), name), &fields)
 }
 
 /// The function that says what the safe commands of all axes are.
-fn safe_of_each(axes: &[Axis<'_>]) -> String {
+fn safe_of_each(name: &str, axes: &[Axis<'_>]) -> String {
     let each = lines(axes.iter().enumerate().map(|(index, axis)| {
         let (called, _, source) = axis;
-        let own = members(index, axis, "commands");
+        let own = members(name, index, axis, "commands");
         let put = lines(own.iter().map(|one| format!("    out->{} = {called}.{};", one.whole, one.own)));
         format!("    {0}_commands {called};\n    {0}_safe(&{called});\n{put}", source.name)
     }));
-    format!("\nvoid @prefix@_safe(@prefix@_commands *out)\n{{\n{each}\n}}\n")
+    format!("\nvoid {name}_safe({name}_commands *out)\n{{\n{each}\n}}\n")
 }

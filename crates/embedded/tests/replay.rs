@@ -369,7 +369,7 @@ fn a_source_is_compared_number_by_number() {
     let design = random(&mut Random::new(3), 3);
     let text = export(&design, &standing(), Real::Double).unwrap().source;
     let message = |text: &str, other: &str| compare_sources(other, text).unwrap_err().to_string();
-    compare_sources(&text.replace("\n    ", " "), &text).unwrap();
+    compare_sources(&text.replace(",\n    ", ", "), &text).unwrap();
     let first =
         text.split("UPDATE[").nth(1).unwrap().split_once("{\n    {").unwrap().1.split(',').next().unwrap();
     let (head, tail) = text.split_once("UPDATE[").unwrap();
@@ -379,7 +379,7 @@ fn a_source_is_compared_number_by_number() {
         words.contains("the table UPDATE has 0x1.5p+3 where the certificate's controller has"),
         "{words}"
     );
-    let words = message(&text, &text.replace("rho - theta", "rho + theta"));
+    let words = message(&text, &text.replace("rho - t->rho", "rho + t->rho"));
     assert!(words.ends_with("it has + where squid writes -"), "{words}");
     assert!(message(&text, &text.replace("return code;", "")).contains("where squid writes"));
     assert!(message(&text, &text[..text.len() - 2]).contains("its end"));

@@ -18,7 +18,7 @@ from fly.stages import ROOT
 pytestmark = pytest.mark.change
 
 FROZEN = SQUID / "frozen"
-LAST = "t.status |= lost;\n    put_out(&t, out);\n    return code;\n}"
+LAST = "add(ANTI_WINDUP, got, state->x);\n    return SQUID_OK;\n}"
 """The end of the source."""
 
 
@@ -146,7 +146,7 @@ def test_a_number_that_was_changed_is_named(copied: Exported, run_squid: Run, ta
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("rho - theta", "theta - rho", "it has theta where squid writes rho"),
+        ("rho - t->rho", "t->rho - rho", "it has t where squid writes rho"),
         ("    put_out(", "// \\\n    put_out(", "which squid never writes"),
         ("#include <float.h>", "#if 0\n#include <float.h>", "where squid writes include"),
         (f"{LAST}\n", f"{LAST}\nint more;\n", "where squid writes its end"),

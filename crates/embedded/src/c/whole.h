@@ -3,60 +3,60 @@
 @about@
  */
 
-#ifndef @PREFIX@_H
-#define @PREFIX@_H
+#ifndef AUTOPILOT_H
+#define AUTOPILOT_H
 
 @includes@
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-typedef @real@ @prefix@_real;
+typedef @real@ autopilot_real;
 
-#define @PREFIX@_SAMPLE_TIME @sample_time@ /* s between two ticks, of every axis */
+#define AUTOPILOT_SAMPLE_TIME @sample_time@ /* s between two ticks, of every axis */
 
 /* What is measured and wanted, SI units: what any axis takes. */
 typedef struct {
 @inputs@
-} @prefix@_inputs;
+} autopilot_inputs;
 
 /* What comes out, held until the next tick. */
 typedef struct {
 @outputs@
-} @prefix@_outputs;
+} autopilot_outputs;
 
 /* What the actuators get, in the units of the outputs. */
 typedef struct {
 @commands@
-} @prefix@_commands;
+} autopilot_commands;
 
 /* What a function returns: that of the first axis that returns another than OK. */
 enum {
-    @PREFIX@_OK = 0,
-    @PREFIX@_BAD_INPUT = 1,
-    @PREFIX@_SINGULAR = 2,
-    @PREFIX@_DIVERGED = 3
+    AUTOPILOT_OK = 0,
+    AUTOPILOT_BAD_INPUT = 1,
+    AUTOPILOT_SINGULAR = 2,
+    AUTOPILOT_DIVERGED = 3
 };
 
 /* One autopilot. It is the caller's, and nothing else is kept anywhere; its members are not to be written. */
 typedef struct {
 @states@
-} @prefix@_state;
+} autopilot_state;
 
 /* Brings a new state to rest in level flight at the middle of the speeds of each axis. */
-int @prefix@_init(@prefix@_state *state, @prefix@_outputs *out);
+int autopilot_init(autopilot_state *state, autopilot_outputs *out);
 
 /* Restarts at the present inputs; of all axes or, with any other than OK, of none. */
-int @prefix@_reset(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_outputs *out);
+int autopilot_reset(autopilot_state *state, const autopilot_inputs *in, autopilot_outputs *out);
 
-/* Runs one tick of each axis: to be called each @PREFIX@_SAMPLE_TIME seconds. */
-int @prefix@_step(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_outputs *out);
+/* Runs one tick of each axis: to be called each AUTOPILOT_SAMPLE_TIME seconds. */
+int autopilot_step(autopilot_state *state, const autopilot_inputs *in, autopilot_outputs *out);
 
 /* Brings the state to where the next step commands what is applied by others: to be called before step. */
-int @prefix@_follow(@prefix@_state *state, const @prefix@_inputs *in, const @prefix@_commands *applied);
+int autopilot_follow(autopilot_state *state, const autopilot_inputs *in, const autopilot_commands *applied);
 
 /* Tells the anti-windup what the actuators got since the last step, where that is not what came out: before step. */
-int @prefix@_feed_back(@prefix@_state *state, const @prefix@_commands *applied);
+int autopilot_feed_back(autopilot_state *state, const autopilot_commands *applied);
 
 @safe@
 

@@ -1,23 +1,23 @@
-static @own@_inputs @axis@_inputs(const @prefix@_inputs *from)
+static @own@_inputs @axis@_inputs(const autopilot_inputs *from)
 {
     @own@_inputs to;
 @take@
     return to;
 }
 
-static @own@_commands @axis@_commands(const @prefix@_commands *from)
+static @own@_commands @axis@_commands(const autopilot_commands *from)
 {
     @own@_commands to;
 @apply@
     return to;
 }
 
-static void put_@axis@(const @own@_outputs *from, @prefix@_outputs *to)
+static void put_@axis@(const @own@_outputs *from, autopilot_outputs *to)
 {
 @put@
 }
 
-static int begin_@axis@(@own@_state *state, const @own@_inputs *in, @prefix@_outputs *out)
+static int begin_@axis@(@own@_state *state, const @own@_inputs *in, autopilot_outputs *out)
 {
     @own@_outputs found;
     const int code = in == 0 ? @own@_init(state, &found) : @own@_reset(state, in, &found);
@@ -25,7 +25,7 @@ static int begin_@axis@(@own@_state *state, const @own@_inputs *in, @prefix@_out
     return code;
 }
 
-static int step_@axis@(@own@_state *state, const @prefix@_inputs *in, @prefix@_outputs *out)
+static int step_@axis@(@own@_state *state, const autopilot_inputs *in, autopilot_outputs *out)
 {
     const @own@_inputs own = @axis@_inputs(in);
     @own@_outputs found;
@@ -34,20 +34,20 @@ static int step_@axis@(@own@_state *state, const @prefix@_inputs *in, @prefix@_o
     return code;
 }
 
-static int reset_@axis@(@own@_state *state, const @prefix@_inputs *in, @prefix@_outputs *out)
+static int reset_@axis@(@own@_state *state, const autopilot_inputs *in, autopilot_outputs *out)
 {
     const @own@_inputs own = @axis@_inputs(in);
     return begin_@axis@(state, &own, out);
 }
 
-static int follow_@axis@(@own@_state *state, const @prefix@_inputs *in, const @prefix@_commands *applied)
+static int follow_@axis@(@own@_state *state, const autopilot_inputs *in, const autopilot_commands *applied)
 {
     const @own@_inputs own = @axis@_inputs(in);
     const @own@_commands got = @axis@_commands(applied);
     return @own@_follow(state, &own, &got);
 }
 
-static int feed_back_@axis@(@own@_state *state, const @prefix@_commands *applied)
+static int feed_back_@axis@(@own@_state *state, const autopilot_commands *applied)
 {
     const @own@_commands got = @axis@_commands(applied);
     return @own@_feed_back(state, &got);

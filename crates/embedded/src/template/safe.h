@@ -1,3 +1,0 @@
-/* The commands that FAILED goes to. */
-void @prefix@_safe(@prefix@_commands *out);
-
