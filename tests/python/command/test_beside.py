@@ -102,7 +102,9 @@ def test_each_design_has_a_column(beside: Beside, run_squid: Run, tmp_path: Path
         assert other[against] == OPPOSITE[row[against]]
     assert {"won", "lost"} <= {row[against] for row in rows}
     for text, of in ((beside.said, rows), (said, others)):
-        won, drawn, lost = (sum(row[against] == outcome for row in of) for outcome in ("won", "drawn", "lost"))
+        won, drawn, lost = (
+            sum(row[against] == outcome for row in of) for outcome in ("won", "drawn", "lost")
+        )
         assert f"wins {won} rows, draws {drawn} and loses {lost}." in text
 
 

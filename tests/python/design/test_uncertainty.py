@@ -64,9 +64,8 @@ def test_the_robust_controller_tolerates_more(run_squid: Run, tmp_path: Path) ->
     assert (done.returncode, "PROVED" in done.stdout) == (0, True)
     done = run_squid("verify", certificate, "--vehicle", PITCHING)
     assert done.returncode == 0, done.stderr
-    part = (
-        f"for {100 * found['robust_tolerated_fraction']:.1f} % of the declared uncertainty without that of Z_uq and X_uu, "
-    )
+    tolerated = 100 * found["robust_tolerated_fraction"]
+    part = f"for {tolerated:.1f} % of the declared uncertainty without that of Z_uq and X_uu, "
     assert (
         f"robust_certificate.json: its plant is the uncertain model of vehicle.toml and design 'design' in {PITCHING}"
         in done.stdout

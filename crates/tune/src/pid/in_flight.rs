@@ -1,6 +1,6 @@
 //! Gains of a PID for flights that the caller flies and judges.
 //!
-//! Each gain is `g (1 + s rho)`. One descent ([`descend`]) from each of some first gains moves every g and the weights
+//! Each gain is `g (1 + s rho)`. One descent (`descend`) from each of some first gains moves every g and the weights
 //! of the references, and more from the best of them move the slopes s as well. The result depends on no clock and no
 //! number of processors.
 
