@@ -42,7 +42,7 @@ fn same(a: &str, b: &str) -> bool {
 /// Returns the name of the table that contains a token: `static const TYPE NAME[..] = {.. token ..};`.
 fn table(tokens: &[Token<'_>], index: usize) -> Option<String> {
     let begin =
-        tokens[..at.min(tokens.len())].iter().rposition(|token| [";", "\n"].contains(&token.text))? + 1;
+        tokens[..index.min(tokens.len())].iter().rposition(|token| [";", "\n"].contains(&token.text))? + 1;
     let mut texts = tokens[begin..].iter().map(|token| token.text);
     let is_table = ["static", "const"].iter().all(|word| texts.next() == Some(word));
     texts.nth(1).filter(|_| is_table).map(str::to_owned)

@@ -91,18 +91,18 @@ fn replayed(design: &ControllerDesign, real: Real, rows: &[Row]) -> Vec<Vec<f64>
 /// Returns inputs that vary, leave the range, or are far too large, infinite or NaN; with occasional resets.
 fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
     let mut inputs = at_rest(design);
-    let row = |index: usize| {
+    let row = |tick: usize| {
         // The last quarter is undisturbed, so that an actuator stays at its limit.
-        let steady = index > TICKS - TICKS / 4;
+        let steady = tick > TICKS - TICKS / 4;
         for number in inputs.measured.iter_mut().chain(&mut inputs.references) {
             *number += random.between(-0.1, 0.1);
         }
         // A circular angle jumps by full turns, and by half a turn, for which both directions are equally short.
-        if let Some(place) = design.signals.iter().position(|signal| signal.circular) {
+        if let Some(index) = design.signals.iter().position(|signal| signal.circular) {
             let turned = [0.5 * TAU, TAU, -3.0 * TAU][random.below(3)];
             let which = random.below(30);
-            inputs.measured[place] += if which == 0 { turned } else { 0.0 };
-            inputs.references[place] += if which == 1 { turned } else { 0.0 };
+            inputs.measured[index] += if which == 0 { turned } else { 0.0 };
+            inputs.references[index] += if which == 1 { turned } else { 0.0 };
         }
         if random.one_of(40) && !steady {
             inputs = at_rest(design);
@@ -112,12 +112,12 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
         let mut now = inputs.clone();
         let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, -1e308, 1e12, -0.0, 5e-324];
         if random.one_of(25) && !steady {
-            let place = random.below(SIGNALS + TRACKED);
+            let index = random.below(SIGNALS + TRACKED);
             let number = odd[random.below(odd.len())];
             // Autopilot rejects all of them, but C has only the inputs that the design takes.
-            match place.checked_sub(SIGNALS) {
-                Some(place) if design.follows(place) => now.references[place] = number,
-                None if design.measures(place) => now.measured[place] = number,
+            match index.checked_sub(SIGNALS) {
+                Some(index) if design.follows(index) => now.references[index] = number,
+                None if design.measures(index) => now.measured[index] = number,
                 _ => {}
             }
         }
@@ -130,8 +130,8 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
         };
         let mut applied: Vec<f64> = design.actuators.iter().map(|one| any_command(random, one)).collect();
         if random.one_of(40) {
-            let place = random.below(applied.len());
-            applied[place] = odd[random.below(odd.len())];
+            let index = random.below(applied.len());
+            applied[index] = odd[random.below(odd.len())];
         }
         let ages = (0..SIGNALS).map(|_| if random.one_of(200) { random.between(-1.0, 2.0) } else { 0.0 });
         (what, now, applied, ages.collect())
@@ -234,7 +234,7 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> ([usi
             let outputs = autopilot.outputs();
             let taken = |(actuator, command): (&squid_scheduled::Actuator, &f64)| actuator.taken(*command).0;
             let commands = design.actuators.iter().zip(supervisor.commands()).map(taken);
-            let used = followed(design).map(|place| autopilot.references()[place]);
+            let used = followed(design).map(|index| autopilot.references()[index]);
             let monitors = [outputs.scheduling_parameter, outputs.trim[0]];
             let expected: Vec<u64> = commands.chain(monitors).chain(used).map(f64::to_bits).collect();
             let (status, numbers) = rest.split_last().unwrap();

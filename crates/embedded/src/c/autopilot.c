@@ -690,7 +690,7 @@ static int judge(autopilot_watched *one, const measurement *of, real value, real
         return 0;
     }
     one->lost_for = counted(one->lost_for);
-    if (plausible && !expected) { /* nothing contradicts it */
+    if (plausible && !expected) { /* no estimate contradicts the value */
         one->believed = value;
         one->lost_for = 1u;
         one->wrong_for = 0u;
