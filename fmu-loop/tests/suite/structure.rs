@@ -203,7 +203,7 @@ fn actuator_without_lag_outputs_its_command() {
     check_output_is_command(Interface::ModelExchange);
 }
 
-/// In the loop this output is the command of the first tick from the start.
+/// The output of such an actuator in the loop is the command of the first tick from the start.
 #[test]
 fn loop_actuator_without_lag_outputs_first_command() {
     for interface in [Interface::CoSimulation, Interface::ModelExchange] {

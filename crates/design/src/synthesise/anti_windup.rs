@@ -1,8 +1,8 @@
 //! Anti-windup: the gain that feeds the saturated part of the commands back into the controller's states.
 //!
-//! One gain for the entire range is computed from the loops at several frozen speeds by [`squid_lpv::anti_windup`], with
-//! the lags and the delay of the design. It acts only beyond the limits. For the proof in the certificate, and the case
-//! in which another gain replaces it, see [`crate::certify::limits`].
+//! One gain for the entire range is computed from the loops at several frozen speeds by
+//! [`squid_lpv::anti_windup`], with the lags and the delay of the design. It acts only beyond the limits. The proof in
+//! the certificate, and the case in which another gain replaces it, are described in [`crate::certify::limits`].
 
 use crate::axis::{Linearisation, VehicleModel};
 use crate::check::sampled::Sampling;

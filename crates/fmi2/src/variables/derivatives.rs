@@ -1,7 +1,7 @@
 //! Directional derivatives of the model at one instant, and time derivatives of outputs (sections 2.1.9 and 4.2.1).
 //!
-//! In co-simulation they are evaluated at the communication point, with the present inputs, before any event at the
-//! start of the next step.
+//! Co-simulation evaluates them at the communication point, with the present inputs, before any event at the start of
+//! the next step.
 
 use crate::instance::Outcome;
 use crate::states::snapshot::Slopes;
