@@ -56,7 +56,7 @@ pub enum ControllerError {
         #[source]
         reason: DesignError,
     },
-    /// Two axes do not fit together.
+    /// Two axes are incompatible.
     #[error("resources/{file}: {what} is '{found}', and that of the axes before it is '{expected}'")]
     OtherAxes { file: String, what: &'static str, found: String, expected: String },
     /// Two axes command the same actuator.
@@ -65,21 +65,21 @@ pub enum ControllerError {
     /// A tick failed.
     #[error(transparent)]
     Tick(#[from] TickError),
-    /// Derivatives were requested of a tick that uses applied commands.
+    /// Derivatives were requested for a tick that uses applied commands.
     #[error(
         "there are no derivatives while applied commands are used: set engaged to true and applied_given to false"
     )]
     UsesApplied,
-    /// Derivatives were requested of a tick during which the ranges of the commands widen.
+    /// Derivatives were requested for a tick during which the ranges of the commands widen.
     #[error(
         "there are no derivatives in the second after the autopilot is engaged or believes a sensor again, while the \
          range of each command opens"
     )]
     Opens,
-    /// Derivatives were requested of a tick without a sensor.
+    /// Derivatives were requested for a tick with a lost sensor.
     #[error("there are no derivatives while a sensor is lost")]
     SensorLost,
-    /// More ticks are overdue than in any simulation, which only a manipulated saved state can cause.
+    /// More than one tick is overdue, which only a manipulated saved state can cause.
     #[error("the next tick belongs to {tick} s, and the flight has come to {time} s without it")]
     Behind { tick: f64, time: f64 },
 }
@@ -178,8 +178,8 @@ impl Axis {
         !(self.applied.engaged && self.was_engaged)
     }
 
-    /// Runs the ticks that are due before the time `to` \[s\]. The first tick initialises the controller from the
-    /// inputs at that time, because importers may set them after initialisation.
+    /// Runs the ticks due before the time `to` \[s\]. The first tick initialises the controller from the inputs at that
+    /// time, because importers may set them after initialisation.
     ///
     /// # Errors
     /// [`ControllerError::Behind`], [`ControllerError::Tick`].
@@ -197,7 +197,7 @@ impl Axis {
     /// Writes or reads every number of a saved state.
     ///
     /// # Errors
-    /// [`StateError`] while reading if the bytes end early, or are not a state of this axis.
+    /// Returns a [`StateError`] if the bytes that are read are too few, or not a state of this axis.
     pub fn pass_state(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
         state.reals(&mut self.inputs.measured)?;
         state.reals(&mut self.inputs.references)?;
@@ -250,7 +250,7 @@ impl Axis {
         }
     }
 
-    /// Runs the next tick with the current inputs, whatever the time.
+    /// Runs the next tick with the current inputs, regardless of the time.
     ///
     /// # Errors
     /// [`ControllerError::Tick`].

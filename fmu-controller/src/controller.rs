@@ -108,7 +108,7 @@ impl Controller {
             };
             tangents[number(*to, *here)] = tangents[number(*from, *there)];
         }
-        // A new value of a shared input reaches the other axes with the next step.
+        // A new value of a shared input is copied to the other axes at the next step.
         let mut next = self.clone();
         next.share();
         for (index, axis) in next.axes.iter().enumerate() {

@@ -21,7 +21,7 @@ use squid_fmi2::{DescribeError, Described, Resources};
 /// Returns model description, GUID and XML of the controller in `resources`.
 ///
 /// # Errors
-/// [`DescribeError`] if the design is missing, damaged or does not give a valid FMU.
+/// Returns a [`DescribeError`] if the design is missing, damaged or does not give a valid FMU.
 pub fn describe(resources: &Resources) -> Result<Described<Controller>, DescribeError> {
     squid_fmi2::describe(resources)
 }

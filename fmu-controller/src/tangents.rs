@@ -80,15 +80,15 @@ impl Axis {
 
     /// Computes the tangents of the outputs from those of the inputs.
     ///
-    /// During initialisation they are those of the first outputs; later those of the tick at the start of the next step
-    /// if one is due, and zero between ticks.
+    /// During initialisation they are those of the first outputs; later those of a tick due at the start of the next
+    /// step, and zero between ticks.
     ///
     /// # Errors
     /// [`ControllerError::Tick`].
     pub fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ControllerError> {
         let due = self.autopilot.is_due_at(moment.time);
         let number = |quantity: Quantity| quantity.number(&self.design);
-        // Applied commands affect no output here: cases in which they would are refused above.
+        // Applied commands affect no output here: the cases in which they do are refused above.
         let (tangents, _) = tangents.split_at_mut(number(Quantity::Applied(0)));
         let (knowns, outputs) = tangents.split_at_mut(number(Quantity::SchedulingParameter));
         if !moment.initial && !due {

@@ -101,7 +101,7 @@ pub(crate) fn inputs(design: &ControllerDesign) -> impl Iterator<Item = (String,
     measured.chain(references).chain(actuators)
 }
 
-/// Returns the inputs that state who commands the actuators; they are shared by all axes.
+/// Returns the inputs for the origin of the actuator commands, shared by all axes.
 pub(crate) fn engagement() -> [Variable; 2] {
     [
         Variable::boolean(
@@ -121,7 +121,7 @@ pub(crate) fn engagement() -> [Variable; 2] {
     ]
 }
 
-/// Returns the input that states if a measurement is valid, for a design with a failsafe.
+/// Returns the input for the validity of a measurement, for a design with a failsafe.
 pub(crate) fn validity(input: Input, design: &ControllerDesign) -> Option<Variable> {
     let Input::Measured(index) = input else { return None };
     design.failsafe.as_ref()?;
@@ -130,7 +130,7 @@ pub(crate) fn validity(input: Input, design: &ControllerDesign) -> Option<Variab
     Some(Variable::boolean(valid(&design.signals[index]), what, move |m| m.valid[index], set))
 }
 
-/// Returns the name of the input that states if a measurement is valid.
+/// Returns the name of the input for the validity of a measurement.
 fn valid(signal: &Port) -> String {
     format!("{}_valid", signal.name)
 }
@@ -315,7 +315,7 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
     scheduling.chain(used).chain(trims).collect()
 }
 
-/// Returns the name of a reference as used; that of the speed, which other axes also have, always has the prefix.
+/// Returns the name of a reference as used; the name of the speed, which all axes use, always has the prefix.
 pub fn used_name(prefix: &str, level: Level, reference: &str) -> String {
     let prefix = if level != Level::Scheduled && reference.starts_with(prefix) { "" } else { prefix };
     format!("{prefix}{reference}_used")

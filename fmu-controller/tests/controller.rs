@@ -25,7 +25,7 @@ fn start_of(design: &Value) -> Flight<Controller> {
 }
 
 #[test]
-fn describes_itself_from_the_design() {
+fn description_follows_from_the_design() {
     let described = describe(&resources(&design())).unwrap();
     assert_eq!(described.description.model_identifier, "test_controller");
     for part in [
@@ -41,7 +41,7 @@ fn describes_itself_from_the_design() {
     assert_eq!(describe(&resources(&design())).unwrap().xml, described.xml, "the same bytes every time");
 }
 
-/// The sign follows from the force, which designs of earlier versions do not contain.
+/// The sign follows from the force, which designs of earlier versions lack.
 #[test]
 fn describes_the_sign_of_a_command() {
     let described = |design: &Value| {
@@ -88,7 +88,7 @@ fn inputs_are_measured_signals_and_references() {
     assert_eq!(inputs(&design), with_engagement(&["speed", "pitch_rate", "speed_reference"]));
 }
 
-/// The fin opposes the pitch rate at once, and moves to a new trim as the filtered reference does.
+/// The fin opposes the pitch rate immediately, and moves to a new trim with the filtered reference.
 #[test]
 fn uses_pitch_rate_and_filtered_reference() {
     let mut flight = start_of(&with_pitch_rate());
@@ -113,7 +113,7 @@ fn guid_depends_on_the_design() {
 }
 
 #[test]
-fn is_quiet_by_default() {
+fn logs_nothing_by_default() {
     let mut flight = start();
     let (thrust, fin) = (flight.get("thruster"), flight.get("fin"));
     for k in 0..100 {
@@ -179,7 +179,7 @@ fn rejects_invalid_designs() {
 
 /// A finite but absurd speed is not mistaken for a singular loop: the scheduling parameter is held at its limit.
 #[test]
-fn absurd_speed_is_only_out_of_range() {
+fn absurd_speed_is_reported_as_out_of_range() {
     for (speed, rho) in [(1e308, 1.0), (-1e308, -1.0)] {
         let mut flight = start();
         flight.set("speed", speed);

@@ -47,8 +47,8 @@ pub(crate) fn signal(index: usize) -> Option<&'static Signal> {
     references().nth(index).map(|(.., signal)| signal)
 }
 
-/// Checks that an axis belongs to this vehicle, and returns its view: the first view for the first axis, and for the
-/// others one that no earlier axis has.
+/// Checks that an axis belongs to this vehicle, and returns its view: the first view for the first axis, and an unused
+/// view for each of the others.
 fn matching_view(
     axis: &Axis,
     index: usize,
@@ -158,7 +158,7 @@ impl ClosedLoop {
         self.measure(time);
         self.axes.iter_mut().try_for_each(|axis| axis.initialise(time))?;
         self.command();
-        // Actuators without lag follow the first commands at once.
+        // Actuators without lag follow the first commands immediately.
         Ok(self.plant.apply_inputs()?)
     }
 

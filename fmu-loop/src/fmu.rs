@@ -85,7 +85,7 @@ impl Model for ClosedLoop {
         Own::count(self.plant.vehicle().actuators.len())
     }
 
-    // In model exchange the states are those of the plant, and every tick of the autopilot is a time event.
+    // The states of model exchange are those of the plant, and every tick of the autopilot is a time event.
     const MODEL_EXCHANGE: bool = true;
 
     fn states(&self, states: &mut [f64]) {
@@ -120,7 +120,7 @@ impl Model for ClosedLoop {
         Some(self.axes[0].autopilot().next_tick_time())
     }
 
-    /// Runs the tick that is due; fails if the importer has skipped more than one time event.
+    /// Runs the tick that is due; returns an error if the importer has skipped more than one time event.
     fn event(&mut self, time: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
         self.axes[0].keeps_up(time)?;
         if self.axes[0].autopilot().is_due_at(time) {

@@ -27,7 +27,7 @@ use squid_fmi2::{DescribeError, Described, Resources};
 /// Returns model description, GUID and XML of the loop in `resources`.
 ///
 /// # Errors
-/// [`DescribeError`] if a file is missing or damaged, or does not give a valid FMU.
+/// Returns a [`DescribeError`] if a file is missing or damaged, or does not give a valid FMU.
 pub fn describe(resources: &Resources) -> Result<Described<ClosedLoop>, DescribeError> {
     squid_fmi2::describe(resources)
 }

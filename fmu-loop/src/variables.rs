@@ -1,6 +1,6 @@
-//! Table of variables: those of the loop, and the visible ones of plant and controller.
+//! Table of variables of the loop, including the visible variables of plant and controller.
 //!
-//! References act at ticks only; the current acts directly on the velocities through the water only.
+//! References act at ticks only; the current has direct feedthrough to the velocities through the water only.
 
 use squid_auv::longitudinal::{DEPTH, SIGNALS, SPEED};
 use squid_fmu_controller::{prefix, used_name};

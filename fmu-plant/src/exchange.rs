@@ -1,8 +1,8 @@
-//! The plant for an external integrator: states, their derivatives, and inputs that act at once.
+//! The plant for an external integrator: states, their derivatives, and inputs with immediate effect.
 //!
 //! The states are velocities over ground along the body axes, angular velocities, angles, position, and the output of
 //! each actuator with a lag; in the vertical plane surge, heave, pitch rate, pitch, distance and depth. The right-hand
-//! side is continuous. It has corners only, where a velocity or the Reynolds number of friction crosses its threshold
+//! side is continuous. It is not smooth only where a velocity or the Reynolds number of friction crosses its threshold
 //! and where a command or its rate reaches a limit, so that no events are needed.
 
 use squid_auv::{Instant, Rates};
@@ -10,8 +10,8 @@ use squid_auv::{Instant, Rates};
 use crate::{PlantError, PlantModel};
 
 impl PlantModel {
-    /// Returns the current motion under the current inputs; a change of the water current leaves the velocity over
-    /// ground.
+    /// Returns the current motion under the current inputs; a change of the water current does not change the velocity
+    /// over ground.
     pub fn instant(&self) -> Instant {
         let under_inputs = Instant {
             current: self.inputs.current.in_earth(),
@@ -39,7 +39,7 @@ impl PlantModel {
         self.plant.actuators()[index].asked(self.inputs.commands[index]).0
     }
 
-    /// Applies the commands; an actuator without lag follows at once.
+    /// Applies the commands; an actuator without lag follows immediately.
     pub(crate) fn apply_commands(&mut self) -> Result<(), PlantError> {
         for index in 0..self.inputs.commands.len() {
             self.plant.set_command(index, self.requested_output(index))?;

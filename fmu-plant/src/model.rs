@@ -50,7 +50,7 @@ pub struct Inputs {
 pub(crate) struct Launch {
     /// Weight \[N\] that corresponds to the mass in the settings.
     pub(crate) weight: f64,
-    /// Buoyancy \[N\]; also that of the hull volume on which the waves act.
+    /// Buoyancy \[N\]; also of the hull volume on which the waves act.
     pub(crate) buoyancy: f64,
 }
 
@@ -63,7 +63,7 @@ impl Launch {
 /// A vehicle that starts in level trim and then moves under its inputs.
 ///
 /// A vehicle with coefficients of sway, roll and yaw moves in six degrees of freedom by the nonlinear equations; the
-/// LPV model is then that of the same vehicle in the vertical plane, of which only the trims are used.
+/// LPV model is then that of the same vehicle in the vertical plane, and only its trims are used.
 #[derive(Debug, Clone)]
 pub struct PlantModel {
     /// Settings; [`PlantModel::start`] applies them.
@@ -98,7 +98,7 @@ impl PlantModel {
         }
         let mut row = row_at_centre(&lpv)?.clone();
         let plane = plane_of(&vehicle);
-        // The LPV model must fit the vehicle in the vertical plane.
+        // The LPV model must match the vehicle in the vertical plane.
         Plant::new(&plane)?.with_lpv(lpv.clone())?;
         row.actuators = vehicle.outputs_of_plane(&plane, &row.actuators);
         let trim = trim_of(&row, lpv.depth, lpv.pitch());
@@ -136,7 +136,7 @@ impl PlantModel {
         })
     }
 
-    /// Returns the vehicle as its file describes it.
+    /// Returns the vehicle of the file.
     pub fn vehicle(&self) -> &Vehicle {
         &self.vehicle
     }
@@ -194,7 +194,7 @@ impl PlantModel {
 
     /// Sets the vehicle to level trim through the water at the initial speed and depth, at `time` \[s\].
     ///
-    /// Actuators with lag start at their trim outputs and then follow the commands; those without lag follow at once.
+    /// Actuators with lag start at their trim outputs and then follow the commands; others follow immediately.
     ///
     /// # Errors
     /// [`PlantError`] for coefficients or waves out of range, a start above the surface, or if there is no trim.
@@ -240,14 +240,14 @@ impl PlantModel {
     /// # Errors
     /// [`PlantError::Ballast`], [`PlantError::BallastOfLpv`]; the settings are then restored.
     pub fn take_on_ballast(&mut self) -> Result<(), PlantError> {
-        let (wanted, now) = (self.settings.coefficients.ballast(), self.plant.ballast());
-        let ratio = wanted.weight / self.launch.weight;
+        let (requested, now) = (self.settings.coefficients.ballast(), self.plant.ballast());
+        let ratio = requested.weight / self.launch.weight;
         // An invalid weight is reported as such, not as the mass that would follow from it.
-        let mass = if ratio > 0.0 { wanted.mass * ratio } else { now.mass };
-        let wanted = Ballast { mass, ..wanted };
+        let mass = if ratio > 0.0 { requested.mass * ratio } else { now.mass };
+        let requested = Ballast { mass, ..requested };
         let outcome = match self.settings.fidelity {
-            _ if wanted == now => Ok(()),
-            Fidelity::Nonlinear => self.plant.set_ballast(&wanted).map_err(PlantError::Ballast),
+            _ if requested == now => Ok(()),
+            Fidelity::Nonlinear => self.plant.set_ballast(&requested).map_err(PlantError::Ballast),
             Fidelity::Lpv => Err(PlantError::BallastOfLpv),
         };
         if outcome.is_err() {

@@ -1,7 +1,7 @@
 //! Table of variables, in three parts; the fourth is in `states.rs`.
 //!
-//! Inputs act at once, in co-simulation as in model exchange: velocities through the water depend on the current, and
-//! an actuator without lag follows its command. A master has an algebraic loop only if commands depend on such a
+//! Inputs act immediately, in co-simulation and model exchange: velocities through the water depend on the current,
+//! and an actuator without lag follows its command. A master has an algebraic loop only if commands depend on such a
 //! quantity. Initial values of the other outputs depend on parameters only.
 
 use squid_auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity, Surge, index};
@@ -146,7 +146,7 @@ fn external_load(model: &PlantModel) -> impl Iterator<Item = Variable> {
     })
 }
 
-/// Bounds a speed below by zero if the vehicle has trims for ahead motion only.
+/// Sets a lower bound of zero on a speed if the vehicle has trims for ahead motion only.
 fn ahead(model: &PlantModel, speed: Variable) -> Variable {
     if model.only_ahead() { speed.at_least(0.0) } else { speed }
 }
@@ -375,7 +375,7 @@ pub(crate) fn knowns_of_trim(model: &PlantModel) -> Vec<&'static str> {
     ["initial_speed", "initial_depth"].into_iter().chain(coefficients).collect()
 }
 
-/// Coefficients that can be changed in flight, as by drop weights and buoyancy engines.
+/// Coefficients that can be changed in flight, for drop weights and buoyancy engines.
 const TUNABLE: [&str; 4] = ["weight", "buoyancy", "x_G", "z_G"];
 
 /// Returns the parameters: initial conditions, fidelity, seabed, waves, and every coefficient that acts on the vehicle.
@@ -461,7 +461,7 @@ fn number_of(fidelity: Fidelity) -> i32 {
     }
 }
 
-/// Returns the fidelity with a number, which has been checked against the items of [`fidelities`].
+/// Returns the fidelity of a number that is valid for the items of [`fidelities`].
 fn fidelity_of(number: i32) -> Fidelity {
     if number == 2 { Fidelity::Lpv } else { Fidelity::Nonlinear }
 }

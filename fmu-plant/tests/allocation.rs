@@ -1,4 +1,4 @@
-//! Steps of the plant do not allocate, as counted by the allocator.
+//! Steps of the plant do not allocate, verified with a counting allocator.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 

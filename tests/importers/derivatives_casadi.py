@@ -1,6 +1,6 @@
-"""Evaluate the derivatives of an FMU's states, and their Jacobian, by CasADi, and integrate them by its CVODES.
+"""Evaluate the derivatives of an FMU's states, and their Jacobian, with CasADi, and integrate them with its CVODES.
 
-python derivatives_casadi.py PLAN     reads a plan in JSON and writes the results to the file that it names
+python derivatives_casadi.py PLAN     reads a plan in JSON and writes the results to the file named in it
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import casadi
 
 
 def results(plan: dict, folder: Path) -> dict:
-    """Return the derivatives at each point of a plan, the Jacobians there, and the states at the end of the flight."""
+    """Return derivatives and Jacobians at each point of a plan, and the states at the end of the flight."""
     with zipfile.ZipFile(plan["fmu"]) as archive:
         archive.extractall(folder)
     model = casadi.DaeBuilder("model", str(folder))

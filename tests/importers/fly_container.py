@@ -1,6 +1,6 @@
-"""Fly a plan by the FMU Manipulation Toolbox: its container, an FMU whose binary imports others, flown by FMPy.
+"""Run a plan with the FMU Manipulation Toolbox: its container, an FMU whose binary imports others, run by FMPy.
 
-The container exchanges signals after each step, and before the first one in the initialization.
+The container exchanges signals after each step, and during the initialization before the first step.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from fmpy import simulate_fmu
 
 
 def container(plan: dict, folder: Path) -> Path:
-    """Build an FMU out of the FMUs of a plan."""
-    # Where the plan joins plugs, that is the terminals of the FMUs, they stand for the connections.
+    """Build a container FMU from the FMUs of a plan."""
+    # Plugs of the plan, that is terminals of the FMUs, replace the connections.
     names = {name: Path(path).name for name, path in plan["fmus"].items()}
     for path in plan["fmus"].values():
         shutil.copy(path, folder)
@@ -44,7 +44,7 @@ def container(plan: dict, folder: Path) -> Path:
 
 
 def main() -> None:
-    """Fly a plan and write the record."""
+    """Run a plan and write the record."""
     plan = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
     columns = [path.replace(".", "_") for path in plan["record"]]
     with tempfile.TemporaryDirectory() as folder:

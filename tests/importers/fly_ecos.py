@@ -1,4 +1,4 @@
-"""Fly a plan by Ecos, the co-simulation engine of NTNU Aalesund: `python fly_ecos.py PLAN.json`."""
+"""Run a plan with Ecos, the co-simulation engine of NTNU Aalesund: `python fly_ecos.py PLAN.json`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 from importlib.metadata import files
 from pathlib import Path
 
-# Ecos is linked with oneTBB but does not bring it along; the wheel `tbb` does, outside the loader's path.
+# Ecos is linked with oneTBB but does not include it; the wheel `tbb` does, outside the loader's path.
 for found in files("tbb") or []:
     if found.name == "libtbb.so.12":
         ctypes.CDLL(str(found.locate()), ctypes.RTLD_GLOBAL)
@@ -30,7 +30,7 @@ def structure_of(plan: dict) -> EcosSimulationStructure:
 
 
 def main() -> None:
-    """Build the simulation, fly it, and write the record."""
+    """Build and run the simulation, and write the record."""
     plan = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
     if "ssp" in plan:
         simulation = EcosSimulation(step_size=plan["step"], ssp_path=plan["ssp"])

@@ -1,4 +1,4 @@
-"""Fly a plan by the FMI++ Library, which wants FMUs unpacked: `python fly_fmipp.py PROGRAM PLAN.json`."""
+"""Run a plan with the FMI++ Library, which requires unpacked FMUs: `python fly_fmipp.py PROGRAM PLAN.json`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fmpy import extract, read_model_description
 
 
 def main() -> int:
-    """Unpack the FMUs of the plan, name them by their URIs, and let the program fly."""
+    """Unpack the FMUs of the plan, replace them by their URIs, and run the program."""
     program, path = Path(sys.argv[1]), Path(sys.argv[2])
     plan = json.loads(path.read_text(encoding="utf-8"))
     with tempfile.TemporaryDirectory() as name:

@@ -1,4 +1,4 @@
-"""Fly a plan by libcosim, the C++ library of the Open Simulation Platform: `python fly_libcosim.py PLAN.json`."""
+"""Run a plan with libcosim, the C++ library of the Open Simulation Platform: `python fly_libcosim.py PLAN.json`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def references(execution: CosimExecution, slave: int) -> dict[str, tuple[int, Co
 
 
 def main() -> None:
-    """Build the execution, fly it, and write the record."""
+    """Build and run the execution, and write the record."""
     plan = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
     nanoseconds = round(1e9 * plan["step"])
     if "ssp" in plan:

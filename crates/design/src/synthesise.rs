@@ -54,7 +54,7 @@ pub fn synthesise(
     Ok(design)
 }
 
-/// As [`synthesise`], for one of many candidate designs: stops early if the search makes no progress.
+/// Does the same as [`synthesise`] for one of many candidate designs: stops early if the search makes no progress.
 ///
 /// # Errors
 /// [`Error::NoController`], without remarks.

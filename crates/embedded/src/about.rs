@@ -1,20 +1,20 @@
-//! What a reader of the header has to know.
+//! The comment at the head of the header: use, limits, sensors and proof.
 
 use crate::inputs::{references, steered_by};
 use crate::real::Real;
 use crate::text::{comment, library};
 use squid_scheduled::{ControllerDesign, Gain, HELD};
 
-/// What is proved of a controller, in words for the header.
+/// The proof of a controller, as text for the header.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Standing {
-    /// What is proved, a sentence each, or why nothing is.
+    /// The claims proved, a sentence each, or the reason for which nothing is proved.
     pub claims: Vec<String>,
     /// SHA-256 of the certificate in hexadecimal, if there is one.
     pub certificate_sha256: Option<String>,
 }
 
-/// The comment at the head of the header.
+/// Returns the comment at the head of the header.
 pub(crate) fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
     let [ts, from, to] = [design.sample_time, design.scheduling.minimum, design.scheduling.maximum];
     let library = library(design, real).map_or_else(
@@ -57,9 +57,9 @@ pub(crate) fn about(design: &ControllerDesign, standing: &Standing, real: Real) 
     ];
     paragraphs.extend(standing.claims.iter().cloned());
     if !design.gains.is_empty() {
-        let words = "The gains of the control law, from which the matrices in the source follow; rho is -1 at the \
+        let heading = "The gains of the control law, from which the matrices in the source follow; rho is -1 at the \
                      lowest and 1 at the highest speed:";
-        paragraphs.push(words.to_owned());
+        paragraphs.push(heading.to_owned());
         paragraphs.extend(design.gains.iter().map(gain));
     }
     paragraphs.push(format!(
@@ -69,7 +69,7 @@ pub(crate) fn about(design: &ControllerDesign, standing: &Standing, real: Real) 
     comment(&paragraphs)
 }
 
-/// A gain as a polynomial in rho.
+/// Formats a gain as a polynomial in rho.
 fn gain(Gain { name, unit, coefficients }: &Gain) -> String {
     let powers = ["", " rho", " rho^2"];
     let terms: Vec<String> =
@@ -77,7 +77,7 @@ fn gain(Gain { name, unit, coefficients }: &Gain) -> String {
     format!("{name} = {} ({unit})", terms.join(" + "))
 }
 
-/// What happens where commands are at their limits.
+/// Describes the behaviour with commands at their limits.
 fn limits(design: &ControllerDesign) -> String {
     let yielding = references(design).into_iter().filter(|index| steered_by(design, *index) != 0);
     let signals: Vec<&str> = yielding.map(|index| design.signals[index].name.as_str()).collect();
@@ -94,7 +94,7 @@ fn limits(design: &ControllerDesign) -> String {
     )
 }
 
-/// What happens where a sensor is lost.
+/// Describes the behaviour after the loss of a sensor.
 fn sensors(design: &ControllerDesign) -> &'static str {
     if design.failsafe.is_none() {
         return "Measurements are taken as they come: this design has no limits to what its sensors may say.";

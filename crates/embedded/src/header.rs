@@ -1,4 +1,4 @@
-//! The header: signals with units and ranges, what happens when something is wrong, and what is proved.
+//! The header: signals with units and ranges, the behaviour on errors, and the proof.
 
 use crate::about::{Standing, about};
 use crate::error::ExportError;
@@ -7,17 +7,17 @@ use crate::numbers::Numbers;
 use crate::text::{fill, lines, named, title};
 use squid_scheduled::{Actuator, ControllerDesign, Source, Without};
 
-/// The bit of the status of a command of the first actuator that is at its limit; that of the next is twice as large.
+/// Status bit for the first actuator at its limit; the bit of the next actuator is twice as large.
 const SATURATED_FIRST: u32 = 0x10000;
 
-/// The bit of the status of the first measurement that is lost.
+/// Status bit for the loss of the first measurement.
 const LOST_FIRST: u32 = 0x10;
 
-/// The actuators for which the status has bits.
+/// Number of actuators for which the status has bits.
 const MOST_ACTUATORS: usize = 16;
 
-/// Words that an actuator or a signal cannot be called by: those of C99, C11 and C++20 that consist of small letters,
-/// C's others, and the outputs besides the commands.
+/// Names that an actuator or a signal cannot have: the lower-case keywords of C99, C11 and C++20 and the outputs
+/// besides the commands.
 const KEYWORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t char16_t \
     char32_t class compl concept const const_cast consteval constexpr constinit continue co_await co_return co_yield \
     decltype default delete do double dynamic_cast else enum explicit export extern false float for friend goto if \
@@ -111,7 +111,7 @@ pub(crate) fn header(
     Ok(fill(&named(include_str!("c/autopilot.h"), name), &fields))
 }
 
-/// The member of the outputs of an actuator.
+/// Returns the member of the outputs for an actuator.
 fn output(actuator: &Actuator, real: &str) -> String {
     let [least, most] = [actuator.minimum, actuator.maximum].map(|end| actuator.taken(end).0);
     let of = match actuator.curve {
@@ -133,7 +133,7 @@ fn stale_after(design: &ControllerDesign, upper: &str) -> String {
     )
 }
 
-/// The bits of the status of sensors that are lost.
+/// Returns the status bits of lost sensors.
 fn lost_bits(design: &ControllerDesign, upper: &str) -> String {
     if design.failsafe.is_none() {
         return String::new();

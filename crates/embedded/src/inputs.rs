@@ -1,18 +1,18 @@
-//! What the autopilot takes: measurements and references, and the index of each in the tables.
+//! The inputs of the autopilot: measurements and references, and their indices in the tables.
 
 use squid_scheduled::{ControllerDesign, Kind, Level, Port};
 
 /// A member of the inputs.
 pub(crate) struct Input {
     pub(crate) name: String,
-    /// The index of its signal.
+    /// Index of the signal.
     pub(crate) signal: usize,
     pub(crate) measured: bool,
-    /// Its unit, range and meaning.
+    /// Unit, range and meaning.
     pub(crate) comment: String,
 }
 
-/// What the design measures, then the references that it follows: the inputs of the FMU, with their ranges.
+/// Returns the measurements of the design, then the references that it follows: the inputs of the FMU, with ranges.
 pub(crate) fn inputs(design: &ControllerDesign) -> Vec<Input> {
     let speeds = &design.trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
@@ -35,22 +35,22 @@ pub(crate) fn inputs(design: &ControllerDesign) -> Vec<Input> {
     measured.chain(references(design).into_iter().map(|index| input(index, false))).collect()
 }
 
-/// The signals that the design measures.
+/// Returns the signals that the design measures.
 pub(crate) fn measurements(design: &ControllerDesign) -> Vec<usize> {
     (0..design.signals.len()).filter(|index| design.measures(*index)).collect()
 }
 
-/// The signals whose references the design follows.
+/// Returns the signals whose references the design follows.
 pub(crate) fn references(design: &ControllerDesign) -> Vec<usize> {
     (0..design.references().count()).filter(|index| design.follows(*index)).collect()
 }
 
-/// The name of the reference of a signal.
+/// Returns the name of the reference of a signal.
 pub(crate) fn reference(signal: &Port) -> &str {
     signal.reference.as_ref().map_or("", |reference| &reference.name)
 }
 
-/// The signals that are deviations from the value measured at the reset, which the state keeps.
+/// Returns the signals that are deviations from the value measured at the reset, which the state stores.
 pub(crate) fn origins(design: &ControllerDesign) -> Vec<usize> {
     let is_measured = |name: &str| {
         let inputs = design.controller_inputs.iter().filter(|input| input.kind == Kind::Measurement);
@@ -60,7 +60,7 @@ pub(crate) fn origins(design: &ControllerDesign) -> Vec<usize> {
     (0..design.signals.len()).filter(|index| is_origin(&design.signals[*index])).collect()
 }
 
-/// The signals whose trim is needed: those that are put out, and those from whose trim an input is a deviation.
+/// Returns the signals whose trim is needed: those output, and those from whose trim an input is a deviation.
 pub(crate) fn trims(design: &ControllerDesign) -> Vec<usize> {
     let is_input = |name: &str| {
         let inputs = design.controller_inputs.iter().filter(|input| input.kind != Kind::Error);
@@ -73,7 +73,7 @@ pub(crate) fn trims(design: &ControllerDesign) -> Vec<usize> {
     (0..design.signals.len()).filter(is_needed).collect()
 }
 
-/// The actuators at whose limits the reference of a signal yields, a bit each.
+/// Returns the actuators at whose limits the reference of a signal yields, one bit each.
 pub(crate) fn steered_by(design: &ControllerDesign, index: usize) -> u32 {
     let name = &design.signals[index].name;
     let all = design.actuators.iter().enumerate().filter(|(_, one)| one.steers.contains(name));

@@ -2,12 +2,12 @@
 //!
 //! ```text
 //! frozen design -> export -> NAME.h, NAME.c        source and design -> compare
-//! those of several axes -> together -> NAME.h, NAME.c
+//! sources of several axes -> together -> NAME.h, NAME.c
 //! ```
 //!
-//! The source has the numbers of [`squid_scheduled::Autopilot`] and does its operations in its order, so that the
-//! results are the same to the last bit. The law is in `c/autopilot.c`, the same for every design; the tables of a
-//! design take the place of its line `#include "tables.h"`, and the name of the autopilot that of `autopilot`.
+//! The source has the numbers of [`squid_scheduled::Autopilot`] and performs its operations in the same order, so that
+//! the results are identical to the last bit. The law is in `c/autopilot.c`, the same for every design; the tables of a
+//! design replace its line `#include "tables.h"`, and the name of the autopilot replaces `autopilot`.
 
 mod about;
 mod compare;
@@ -32,10 +32,10 @@ use crate::tables::tables;
 use crate::text::{library, named, title};
 use squid_scheduled::{ControllerDesign, DEFAULT_DESIGN};
 
-/// The two files, in memory.
+/// Header and source of an autopilot, in memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
-    /// What their names and those of all their functions begin with.
+    /// Prefix of the file names and of all functions.
     pub name: String,
     /// `NAME.h`.
     pub header: String,
@@ -43,13 +43,13 @@ pub struct Source {
     pub source: String,
 }
 
-/// Writes a frozen design as C99 with numbers of a type.
+/// Writes a frozen design as C99 with numbers of a given type.
 ///
 /// # Errors
-/// [`ExportError`].
+/// Returns an [`ExportError`] if the design cannot be written as C.
 pub fn export(design: &ControllerDesign, standing: &Standing, real: Real) -> Result<Source, ExportError> {
     let numbers = Numbers::of(design, real)?;
-    // Those of several designs can be linked together.
+    // The sources of several designs can be linked together.
     let of_design = if design.design == DEFAULT_DESIGN { "" } else { design.design.as_str() };
     let name = squid_model_description::identifier(&format!("{} {of_design}", design.vehicle.name));
     let libraries = library(design, real).map_or("No function of a library is called.".to_owned(), |one| {
@@ -70,8 +70,8 @@ pub fn export(design: &ControllerDesign, standing: &Standing, real: Real) -> Res
     Ok(Source { header, source: source.concat(), name })
 }
 
-/// The law in C, the same for every design.
+/// Control law in C, the same for every design.
 const LAW: &str = include_str!("c/autopilot.c");
 
-/// Where it has the tables of a design.
+/// Line of the law that the tables of a design replace.
 const TABLES: &str = "#include \"tables.h\"\n";

@@ -1,13 +1,13 @@
-//! The numbers of the autopilot as a source has them: matrices and columns.
+//! The numbers of the autopilot as written to a source: matrices and columns.
 
 use crate::error::ExportError;
 use crate::real::Real;
 use squid_scheduled::{Autopilot, ControllerDesign, Lft, Matrix, Sizes};
 
-/// Rows of a matrix that are summed at a time.
+/// Number of matrix rows summed at a time.
 const HEIGHT: usize = 4;
 
-/// The numbers of a source that are not in the design as they are used.
+/// The numbers of a source that are derived from the design.
 #[derive(Debug)]
 pub(crate) struct Numbers {
     pub(crate) autopilot: Autopilot,
@@ -15,7 +15,7 @@ pub(crate) struct Numbers {
 }
 
 impl Numbers {
-    /// Checks that the design can be written with numbers of this type.
+    /// Checks that the design can be written with numbers of the given type.
     pub(crate) fn of(design: &ControllerDesign, real: Real) -> Result<Self, ExportError> {
         let numbers = Self { autopilot: Autopilot::new(design)?, real };
         let sizes = numbers.sizes();
@@ -40,8 +40,8 @@ impl Numbers {
         self.lft().sizes()
     }
 
-    /// The matrices: `[Ct Dty]`, T, `[Cu Duy Dut]`, `[A By Bt]`, `E` of the anti-windup, and the gains F of following,
-    /// one below the other.
+    /// Writes the matrices `[Ct Dty]`, T, `[Cu Duy Dut]`, `[A By Bt]`, `E` of the anti-windup, and the gains F of
+    /// following, stacked by rows.
     pub(crate) fn matrices(&self) -> String {
         let k = self.lft();
         // C has no arrays of length 0.
@@ -58,7 +58,7 @@ impl Numbers {
         all.map(|(name, rows)| self.table(name, &rows)).collect()
     }
 
-    /// A constant table of rows.
+    /// Writes a constant table of rows.
     pub(crate) fn table(&self, name: &str, rows: &[Vec<f64>]) -> String {
         let width = rows.first().map_or(0, Vec::len);
         let lines: Vec<String> =
@@ -66,7 +66,7 @@ impl Numbers {
         format!("static const real {name}[{}][{width}] = {{\n{}\n}};\n", rows.len(), lines.join(",\n"))
     }
 
-    /// A constant column, each number on a line.
+    /// Writes a constant column, one number per line.
     pub(crate) fn column(&self, name: &str, values: &[f64]) -> String {
         let lines: Vec<String> =
             values.iter().map(|value| format!("    {}", self.real.literal(*value))).collect();
@@ -78,7 +78,7 @@ fn rows(matrix: &Matrix) -> Vec<Vec<f64>> {
     (0..matrix.rows()).map(|row| matrix.row(row).to_vec()).collect()
 }
 
-/// Matrices side by side, column by column within panels of four rows; the last panel is filled up with zeros.
+/// Concatenates matrices horizontally, by columns within panels of four rows; the last panel is padded with zeros.
 fn panels(matrices: &[&Matrix]) -> Vec<Vec<f64>> {
     let all: Vec<Vec<f64>> = matrices
         .first()

@@ -1,4 +1,4 @@
-//! Numbers of C, written so that they read back to the same value, and read back.
+//! Numbers in C, written and parsed without loss.
 
 /// The type of all numbers of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -10,10 +10,10 @@ pub enum Real {
 }
 
 impl Real {
-    /// Both, the usual one first.
+    /// Both types, the default first.
     pub const ALL: [Real; 2] = [Real::Double, Real::Float];
 
-    /// The name in C.
+    /// Returns the name in C.
     pub fn name(self) -> &'static str {
         match self {
             Self::Double => "double",
@@ -21,7 +21,7 @@ impl Real {
         }
     }
 
-    /// What a literal ends with.
+    /// Returns the suffix of literals.
     pub(crate) fn suffix(self) -> &'static str {
         match self {
             Self::Double => "",
@@ -29,7 +29,7 @@ impl Real {
         }
     }
 
-    /// The nearest number of this type.
+    /// Returns the nearest number of this type.
     pub(crate) fn nearest(self, value: f64) -> f64 {
         match self {
             Self::Double => value,
@@ -37,7 +37,7 @@ impl Real {
         }
     }
 
-    /// The distance from 1 to the next number.
+    /// Returns the distance from 1 to the next larger number.
     pub(crate) fn epsilon(self) -> f64 {
         match self {
             Self::Double => f64::EPSILON,
@@ -45,12 +45,12 @@ impl Real {
         }
     }
 
-    /// A literal of the nearest number, in hexadecimal: no compiler rounds it.
+    /// Formats the nearest number as a hexadecimal literal, which no compiler rounds.
     pub(crate) fn literal(self, value: f64) -> String {
         format!("{}{}", hexadecimal(self.nearest(value)), self.suffix())
     }
 
-    /// Literals with commas between.
+    /// Formats literals separated by commas.
     pub(crate) fn list(self, values: impl IntoIterator<Item = f64>) -> String {
         values.into_iter().map(|value| self.literal(value)).collect::<Vec<_>>().join(", ")
     }
@@ -59,7 +59,7 @@ impl Real {
 const MANTISSA_BITS: u32 = f64::MANTISSA_DIGITS - 1;
 const BIAS: i64 = f64::MAX_EXP as i64 - 1;
 
-/// A finite number as C99, section 6.4.4.2, has it: `-0x1.8p+1`.
+/// Formats a finite number according to C99, section 6.4.4.2: `-0x1.8p+1`.
 fn hexadecimal(value: f64) -> String {
     let bits = value.to_bits();
     let sign = if value.is_sign_negative() { "-" } else { "" };
@@ -67,7 +67,7 @@ fn hexadecimal(value: f64) -> String {
     if exponent == 0 && mantissa == 0 {
         return format!("{sign}0.0");
     }
-    // Numbers below the normal ones have no leading one and the least exponent.
+    // Subnormal numbers have no leading one and the smallest exponent.
     let (lead, power) = if exponent == 0 { (0, 1 - BIAS) } else { (1, exponent as i64 - BIAS) };
     let digits = format!("{mantissa:013x}");
     let digits = digits.trim_end_matches('0');
@@ -75,7 +75,7 @@ fn hexadecimal(value: f64) -> String {
     format!("{sign}0x{lead}{point}{digits}p{power:+}")
 }
 
-/// The value of a number of C without its sign, and what it ends with; `None` for what is no number.
+/// Parses an unsigned number of C into value and suffix; `None` if the text is not a number.
 pub(crate) fn parse(text: &str) -> Option<(f64, &str)> {
     let Some(hex) = text.strip_prefix("0x").filter(|hex| hex.contains('p')) else {
         let end = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
@@ -83,10 +83,10 @@ pub(crate) fn parse(text: &str) -> Option<(f64, &str)> {
     };
     let (digits, power) = hex.split_once('p')?;
     let number = power.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
-    let mantissa = u64::from_str_radix(&format!("{whole}{fraction}"), 16).ok()?;
+    let (integer, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    let mantissa = u64::from_str_radix(&format!("{integer}{fraction}"), 16).ok()?;
     let shift: i32 = number.parse().ok()?;
-    // In two steps, because the power alone may underflow; each is exact for what is written here.
+    // Two steps, because the power alone may underflow; each is exact for the literals written here.
     let value = mantissa as f64 * 16f64.powi(-(fraction.len() as i32));
     let half = shift / 2;
     Some((value * 2f64.powi(half) * 2f64.powi(shift - half), &power[number.len()..]))
@@ -98,7 +98,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn literals_are_those_of_the_standard() {
+    fn literals_follow_the_standard() {
         let shown = [1.0, -3.0, 0.1, -0.0, 5e-324, f64::MAX].map(|value| Real::Double.literal(value));
         assert_eq!(
             shown,
@@ -118,7 +118,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_number_reads_back(value in proptest::num::f64::ANY.prop_filter("finite", |v| v.is_finite())) {
+        fn literals_parse_to_their_number(value in proptest::num::f64::ANY.prop_filter("finite", |v| v.is_finite())) {
             let value = value.abs();
             let literal = Real::Double.literal(value);
             prop_assert_eq!(parse(&literal), Some((value, "")));

@@ -1,4 +1,4 @@
-//! The tables of a source: sizes, numbers, and the places of inputs and outputs by their names.
+//! The tables of a source: sizes, numbers, and the indices of named inputs and outputs.
 
 use crate::inputs::{inputs, measurements, origins, reference, references, steered_by, trims};
 use crate::numbers::Numbers;
@@ -12,15 +12,15 @@ use squid_scheduled::{
 use squid_signals::{Curve, Law};
 use std::f64::consts::TAU;
 
-/// What stands in for [`FARTHEST`] and [`ROUNDING_OF_RHO`] where a float cannot hold the one, or rounds by more than
-/// the other.
+/// Substitutes for [`FARTHEST`] and [`ROUNDING_OF_RHO`] in single precision, which cannot represent the former and
+/// rounds by more than the latter.
 const FARTHEST_FLOAT: f64 = 1e30;
 const ROUNDING_OF_RHO_FLOAT: f64 = 1e-6;
 
-/// The index of what a design does not have, in C.
+/// C index of an item that the design does not have.
 const NONE: &str = "NONE";
 
-/// The tables of a design.
+/// Writes the tables of a design.
 pub(crate) fn tables(design: &ControllerDesign, numbers: &Numbers, name: &str) -> String {
     Tables {
         design,
@@ -38,18 +38,18 @@ struct Tables<'a> {
     design: &'a ControllerDesign,
     numbers: &'a Numbers,
     real: Real,
-    /// The signals that are measured, whose references are followed, whose trim is needed, and whose measured value at
-    /// the reset is.
+    /// The signals that are measured, whose references are followed, whose trim is needed, and whose value measured at
+    /// the reset is needed.
     measured: Vec<usize>,
     followed: Vec<usize>,
     trimmed: Vec<usize>,
     origins: Vec<usize>,
 }
 
-/// The members of a struct, by their names.
+/// Members of a struct: name and value.
 type Record = Vec<(&'static str, String)>;
 
-/// The index of a signal among others, in C.
+/// Returns the C index of a signal in a list.
 fn index_in(all: &[usize], signal: usize) -> String {
     all.iter().position(|one| *one == signal).map_or(NONE.to_owned(), |index| index.to_string())
 }
@@ -58,7 +58,7 @@ fn flag(is_so: bool) -> String {
     u8::from(is_so).to_string()
 }
 
-/// A table of structs, each with the name of what it is of; one without members where C has no empty array.
+/// Writes a table of named structs; one struct without members for an empty table, because C has no empty arrays.
 fn records(of: &str, name: &str, all: Vec<(&str, Record)>) -> String {
     let record = |(name, members): &(&str, Record)| {
         let members = lines(members.iter().map(|(name, value)| format!("        .{name} = {value},")));
@@ -126,7 +126,7 @@ impl Tables<'_> {
             ("ORIGINS", self.origins.len()),
             ("NUMBERS", self.numbers_of_inputs().len()),
             ("ROWS", rows),
-            // The greatest power of two in the search for a row; the last that begins a piece of the table is ROWS - 2.
+            // Largest power of two in the search for a row; the last row that starts an interval is ROWS - 2.
             ("FIRST_STRIDE", (rows - 2).checked_ilog2().map_or(0, |power| 1 << power)),
             ("FOLLOW_GAINS", numbers.autopilot.follow_gains().len()),
             ("OPEN_TICKS", numbers.autopilot.opening().1 as usize),
@@ -187,7 +187,7 @@ impl Tables<'_> {
             .collect()
     }
 
-    /// The values that the inputs can have at a reset.
+    /// Writes the ranges of the inputs at a reset.
     fn first(&self) -> String {
         let range = |input: &crate::inputs::Input| {
             let ends = self.design.signals[input.signal].first(!input.measured);
@@ -198,7 +198,7 @@ impl Tables<'_> {
         format!("static const real FIRST[{}][2] = {{\n{}\n}};\n", all.len(), all.join(",\n"))
     }
 
-    /// The ends of a range, any without.
+    /// Formats the bounds of a range; without a range, the largest numbers.
     fn ends(&self, ends: Option<[f64; 2]>) -> [String; 2] {
         ends.map_or(["-LARGEST", "LARGEST"].map(str::to_owned), |ends| ends.map(|end| self.real.literal(end)))
     }
@@ -223,7 +223,7 @@ impl Tables<'_> {
         text + &curves
     }
 
-    /// The numbers from which inputs of the controller are deviations.
+    /// Returns the constants from which inputs of the controller are deviations.
     fn numbers_of_inputs(&self) -> Vec<f64> {
         let signals = self.design.signals.iter().enumerate();
         let is_number =
@@ -371,7 +371,7 @@ impl Tables<'_> {
         text + &records
     }
 
-    /// The functions that give the members of the structs of the header their places.
+    /// Writes the functions that map the struct members of the header to indices.
     fn names(&self, name: &str) -> String {
         let design = self.design;
         let function = |signature: &str, body: String| {

@@ -1,25 +1,25 @@
 //! Several axes as one autopilot: a header and a source that call those of each axis.
 //!
-//! An input that several axes take has one name, and so has an actuator; what else comes out of another axis than the
-//! first begins with the name of that axis, as in the FMU.
+//! Inputs and actuators shared by several axes have one name; all other outputs of any axis but the first are prefixed
+//! with the name of the axis, as in the FMU.
 
 use crate::Source;
 use crate::text::{comment, fill, lines, named, plain};
 use squid_scheduled::ControllerDesign;
 
-/// An axis: what it is called, its design, and its own source.
+/// Name, design and source of an axis.
 pub type Axis<'a> = (&'a str, &'a ControllerDesign, &'a Source);
 
-/// A member of a struct of an axis, and of that of the autopilot.
+/// A struct member of an axis and the corresponding member of the autopilot.
 struct Member {
     own: String,
     whole: String,
-    /// Its lines in the header of the axis.
+    /// Lines of the member in the header of the axis.
     lines: String,
 }
 
-/// Writes the header and the source of an autopilot `name`. Those of its axes are in a folder of the name of each,
-/// beside it.
+/// Writes the header and the source of an autopilot `name`. The sources of its axes are in adjacent folders, named
+/// after the axes.
 pub fn together(name: &str, axes: &[Axis<'_>]) -> Source {
     let vehicle = axes.first().map_or("", |(_, design, _)| &design.vehicle.name);
     let names: Vec<&str> = axes.iter().map(|(called, ..)| *called).collect();
@@ -62,7 +62,7 @@ pub fn together(name: &str, axes: &[Axis<'_>]) -> Source {
     }
 }
 
-/// Returns the comment at the head of the header: how to use it, and what the axes share.
+/// Returns the comment at the head of the header: the use, and the inputs that the axes share.
 fn about(names: &[&str], axes: &[Axis<'_>]) -> String {
     let sources: Vec<String> =
         axes.iter().map(|(called, _, source)| format!("{called}/{}.c", source.name)).collect();
@@ -83,7 +83,7 @@ fn about(names: &[&str], axes: &[Axis<'_>]) -> String {
     comment(&paragraphs)
 }
 
-/// The members of all axes in a struct, each once.
+/// Returns the members of all axes in a struct, without duplicates.
 fn union(name: &str, axes: &[Axis<'_>], of: &str) -> String {
     let mut all: Vec<Member> = Vec::new();
     for (index, axis) in axes.iter().enumerate() {
@@ -100,7 +100,7 @@ fn union(name: &str, axes: &[Axis<'_>], of: &str) -> String {
     )
 }
 
-/// The members of a struct in the header of an axis.
+/// Returns the members of a struct in the header of an axis.
 fn members(name: &str, index: usize, (called, design, source): &Axis<'_>, of: &str) -> Vec<Member> {
     let (before, _) = source.header.split_once(&format!("}} {}_{of};", source.name)).unwrap_or_default();
     let (_, inside) = before.rsplit_once("typedef struct {\n").unwrap_or_default();
@@ -111,7 +111,7 @@ fn members(name: &str, index: usize, (called, design, source): &Axis<'_>, of: &s
             .replace("the bits below", &format!("the bits in {called}/{}.h", source.name));
         let Some(own) = line.split_once(';').and_then(|(declared, _)| declared.split_whitespace().last())
         else {
-            // A comment above its member.
+            // A comment precedes its member.
             kept += &format!("{line}\n");
             continue;
         };
@@ -126,7 +126,7 @@ fn members(name: &str, index: usize, (called, design, source): &Axis<'_>, of: &s
     all
 }
 
-/// The functions of an axis.
+/// Writes the functions of an axis.
 fn of_axis(name: &str, index: usize, axis: &Axis<'_>) -> String {
     let (called, _, source) = axis;
     let each =
@@ -144,7 +144,7 @@ fn of_axis(name: &str, index: usize, axis: &Axis<'_>) -> String {
     fill(&named(include_str!("c/whole_axis.c"), name), &fields)
 }
 
-/// The function that says what the safe commands of all axes are.
+/// Writes the function that returns the safe commands of all axes.
 fn safe_of_each(name: &str, axes: &[Axis<'_>]) -> String {
     let each = lines(axes.iter().enumerate().map(|(index, axis)| {
         let (called, _, source) = axis;

@@ -1,7 +1,6 @@
-/* Replays ticks: reads rows of doubles, first what is to be done, then the inputs and what the actuators get, and writes for
- * each the code that the function returned, the outputs in their order, and the status. What is done: 0 a step, 1 a reset, 2
- * follow and a step, 3 feed_back and a step. The structs are of numbers of one type, so that they are filled and read as
- * arrays. */
+/* Replays ticks: reads rows of doubles (operation, inputs, applied commands) and writes for each the return code, the
+ * outputs in their order, and the status. Operations: 0 step, 1 reset, 2 follow and step, 3 feed_back and step. The structs
+ * consist of numbers of one type, so that they are filled and read as arrays. */
 
 #include "example_a_b_c_f.h"
 #include <stdio.h>
@@ -37,7 +36,7 @@ int main(void)
             if (what == 3) code = example_a_b_c_f_feed_back(&state, &applied);
             if (code == EXAMPLE_A_B_C_F_OK)
                 code = what == 1 ? example_a_b_c_f_reset(&state, &in, &out) : example_a_b_c_f_step(&state, &in, &out);
-            if (code != EXAMPLE_A_B_C_F_OK) state = before; /* also what was done before a step that was refused */
+            if (code != EXAMPLE_A_B_C_F_OK) state = before; /* also undoes follow or feed_back before a refused step */
         }
         example_a_b_c_f_real numbers[OUTPUTS];
         memcpy(numbers, &out, sizeof numbers);

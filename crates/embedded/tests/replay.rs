@@ -1,4 +1,4 @@
-//! The source of random designs, compiled, against [`squid_scheduled::Autopilot`]: every output the same, to the bit.
+//! Compiled sources of random designs against [`squid_scheduled::Autopilot`]: all outputs are identical to the bit.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 mod design;
@@ -17,26 +17,26 @@ const STATUS_OUT_OF_RANGE: u64 = 1;
 const STATUS_SATURATED: u64 = 2;
 const STATUS_REFERENCE_LIMITED: u64 = 4;
 const STATUS_FAILED: u64 = 8;
-/// The bits of measurements.
+/// Bits of lost measurements.
 const STATUS_LOST: u64 = 0xfff0;
-/// The bit of the first actuator at its limit.
+/// Bit of the first actuator at its limit.
 const STATUS_SATURATED_FIRST: u64 = 0x10000;
 
-/// What is done at a row.
+/// Operation at a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum What {
     Step,
     Reset,
-    /// Follow what the actuators get, and step.
+    /// Follow the applied commands, then step.
     Follow,
-    /// Feed back what the actuators got, and step.
+    /// Feed back the applied commands, then step.
     FeedBack,
 }
 
-/// What is done, the inputs, what the actuators get, as the outputs are, and the ages of the measurements in s.
+/// Operation, inputs, applied commands in units of the outputs, and ages of the measurements in s.
 type Row = (What, Inputs, Vec<f64>, Vec<f64>);
 
-/// An autopilot with its supervisor, as the FMU has them.
+/// An autopilot with its supervisor, as in the FMU.
 #[derive(Clone)]
 struct Flown {
     autopilot: Autopilot,
@@ -47,7 +47,7 @@ fn standing() -> Standing {
     Standing { claims: vec!["Nothing is proved of an example.".into()], certificate_sha256: None }
 }
 
-/// What the compiled source puts out for rows of inputs: a row of doubles for the initialisation, and each of them.
+/// Returns the outputs of the compiled source: a row of doubles for the initialisation and for each row of inputs.
 fn replayed(design: &ControllerDesign, real: Real, rows: &[Row]) -> Vec<Vec<f64>> {
     let folder = tempfile::tempdir().unwrap();
     let source = export(design, &standing(), real).unwrap();
@@ -88,21 +88,21 @@ fn replayed(design: &ControllerDesign, real: Real, rows: &[Row]) -> Vec<Vec<f64>
     numbers.chunks_exact(design.actuators.len() + 4 + followed(design).count()).map(<[f64]>::to_vec).collect()
 }
 
-/// Inputs that rise and fall, leave the range, are far too large, infinite or not numbers; and now and then a reset.
+/// Returns inputs that vary, leave the range, or are far too large, infinite or NaN; with occasional resets.
 fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
     let mut inputs = at_rest(design);
-    let row = |index: usize| {
-        // At the end it is flown on undisturbed: an actuator stays at its limit.
-        let steady = index > TICKS - TICKS / 4;
+    let row = |tick: usize| {
+        // The last quarter is undisturbed, so that an actuator stays at its limit.
+        let steady = tick > TICKS - TICKS / 4;
         for number in inputs.measured.iter_mut().chain(&mut inputs.references) {
             *number += random.between(-0.1, 0.1);
         }
-        // An angle that comes back to itself jumps by turns, and in half a turn either way is as short.
-        if let Some(place) = design.signals.iter().position(|signal| signal.circular) {
+        // A circular angle jumps by full turns, and by half a turn, for which both directions are equally short.
+        if let Some(index) = design.signals.iter().position(|signal| signal.circular) {
             let turned = [0.5 * TAU, TAU, -3.0 * TAU][random.below(3)];
             let which = random.below(30);
-            inputs.measured[place] += if which == 0 { turned } else { 0.0 };
-            inputs.references[place] += if which == 1 { turned } else { 0.0 };
+            inputs.measured[index] += if which == 0 { turned } else { 0.0 };
+            inputs.references[index] += if which == 1 { turned } else { 0.0 };
         }
         if random.one_of(40) && !steady {
             inputs = at_rest(design);
@@ -112,12 +112,12 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
         let mut now = inputs.clone();
         let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, -1e308, 1e12, -0.0, 5e-324];
         if random.one_of(25) && !steady {
-            let place = random.below(SIGNALS + TRACKED);
+            let index = random.below(SIGNALS + TRACKED);
             let number = odd[random.below(odd.len())];
-            // Autopilot refuses all, and C has only those that the design takes.
-            match place.checked_sub(SIGNALS) {
-                Some(place) if design.follows(place) => now.references[place] = number,
-                None if design.measures(place) => now.measured[place] = number,
+            // Autopilot rejects all of them, but C has only the inputs that the design takes.
+            match index.checked_sub(SIGNALS) {
+                Some(index) if design.follows(index) => now.references[index] = number,
+                None if design.measures(index) => now.measured[index] = number,
                 _ => {}
             }
         }
@@ -130,8 +130,8 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
         };
         let mut applied: Vec<f64> = design.actuators.iter().map(|one| any_command(random, one)).collect();
         if random.one_of(40) {
-            let place = random.below(applied.len());
-            applied[place] = odd[random.below(odd.len())];
+            let index = random.below(applied.len());
+            applied[index] = odd[random.below(odd.len())];
         }
         let ages = (0..SIGNALS).map(|_| if random.one_of(200) { random.between(-1.0, 2.0) } else { 0.0 });
         (what, now, applied, ages.collect())
@@ -139,20 +139,20 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
     (0..TICKS).map(row).collect()
 }
 
-/// A command to an actuator, as it takes it, now and then beyond its limits.
+/// Returns a command in the units of the actuator, occasionally beyond its limits.
 fn any_command(random: &mut Random, actuator: &squid_scheduled::Actuator) -> f64 {
     let [least, most] = [actuator.minimum, actuator.maximum].map(|end| actuator.taken(end).0);
     random.between(1.2 * least - 0.2 * most, 1.2 * most - 0.2 * least)
 }
 
-/// The places of the signals whose sensors are judged.
+/// Returns the indices of the signals whose sensors are monitored.
 fn watched(design: &ControllerDesign) -> impl Iterator<Item = usize> {
-    (0..SIGNALS).filter(|place| design.failsafe.is_some() && design.measures(*place))
+    (0..SIGNALS).filter(|index| design.failsafe.is_some() && design.measures(*index))
 }
 
-/// The places of the references that the design follows.
+/// Returns the indices of the references that the design follows.
 fn followed(design: &ControllerDesign) -> impl Iterator<Item = usize> {
-    (0..TRACKED).filter(|place| design.follows(*place))
+    (0..TRACKED).filter(|index| design.follows(*index))
 }
 
 fn at_rest(design: &ControllerDesign) -> Inputs {
@@ -198,8 +198,8 @@ fn run(
     supervisor.tick(autopilot).map(|_| ())
 }
 
-/// Runs the autopilot on the same rows, and compares. Returns how often each code came, each health, and an actuator
-/// that had been at its limit long enough for references to yield.
+/// Runs the autopilot on the same rows and compares. Returns the counts of each code, of each health, and of ticks with
+/// an actuator at its limit for long enough that references yield.
 fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> ([usize; 4], [usize; 5], usize) {
     let mut autopilot = Autopilot::new(design).unwrap();
     let rest = at_rest(design);
@@ -226,7 +226,7 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> ([usi
                 Diverged { .. } => 3,
             };
             assert_eq!(code, expected, "tick {index}: {reason}");
-            // C leaves all as it was.
+            // C leaves the state unchanged.
             flown = before;
         } else {
             assert_eq!(code, 0, "tick {index}");
@@ -234,7 +234,7 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> ([usi
             let outputs = autopilot.outputs();
             let taken = |(actuator, command): (&squid_scheduled::Actuator, &f64)| actuator.taken(*command).0;
             let commands = design.actuators.iter().zip(supervisor.commands()).map(taken);
-            let used = followed(design).map(|place| autopilot.references()[place]);
+            let used = followed(design).map(|index| autopilot.references()[index]);
             let monitors = [outputs.scheduling_parameter, outputs.trim[0]];
             let expected: Vec<u64> = commands.chain(monitors).chain(used).map(f64::to_bits).collect();
             let (status, numbers) = rest.split_last().unwrap();
@@ -268,7 +268,7 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> ([usi
 }
 
 #[test]
-fn random_designs_are_the_autopilot_to_the_bit() {
+fn c_source_matches_the_autopilot_to_the_bit() {
     let (mut codes, mut healths, mut yielded) = ([0; 4], [0; 5], 0);
     for seed in 0..20 {
         let mut numbers = Random::new(seed);
@@ -287,9 +287,9 @@ fn random_designs_are_the_autopilot_to_the_bit() {
     assert!(codes[0] > 10_000 && codes[1] > 100 && codes[3] > 10, "{codes:?}");
 }
 
-/// At rho = 1 the loop `1 - theta` has no solution, and all else is as it was.
+/// The loop `1 - theta` has no solution at rho = 1; the state remains unchanged.
 #[test]
-fn a_loop_without_a_solution_is_reported() {
+fn reports_a_loop_without_solution() {
     let mut design = random(&mut Random::new(3), 3);
     let (n, p, m) = (design.lft.a.len(), design.controller_inputs.len(), design.actuators.len());
     let zeros = |rows: usize, columns: usize| vec![vec![0.0; columns]; rows];
@@ -313,9 +313,9 @@ fn a_loop_without_a_solution_is_reported() {
     assert_eq!(compare(&design, &rows, &found).0, [3, 0, 3, 0]);
 }
 
-/// A float rounds by 6e-8 where a double does by 1e-16, and the commands differ by not much more.
+/// Single precision rounds by 6e-8, double precision by 1e-16; the commands differ by little more.
 #[test]
-fn floats_follow_doubles() {
+fn single_precision_agrees_with_double_precision() {
     for seed in 0..4 {
         let mut numbers = Random::new(seed);
         let design = random(&mut numbers, seed);
@@ -349,23 +349,23 @@ fn floats_follow_doubles() {
 }
 
 #[test]
-fn what_c_cannot_hold_is_refused() {
+fn refuses_designs_that_c_cannot_represent() {
     let refused = |change: fn(&mut ControllerDesign), real: Real| {
         let mut design = random(&mut Random::new(3), 3);
         change(&mut design);
         export(&design, &standing(), real).unwrap_err().to_string()
     };
-    let words = refused(|design| design.actuators[0].name = "register".into(), Real::Double);
-    assert!(words.starts_with("the actuator 'register' cannot be a member of a struct"), "{words}");
-    let words =
+    let message = refused(|design| design.actuators[0].name = "register".into(), Real::Double);
+    assert!(message.starts_with("the actuator 'register' cannot be a member of a struct"), "{message}");
+    let message =
         refused(|design| design.trim.forward_speed[1] = design.trim.forward_speed[0] + 1e-9, Real::Float);
-    assert!(words.contains("--real double"), "{words}");
-    let words = refused(|design| design.sample_time = -1.0, Real::Double);
-    assert!(words.starts_with("sample_time is -1"), "{words}");
+    assert!(message.contains("--real double"), "{message}");
+    let message = refused(|design| design.sample_time = -1.0, Real::Double);
+    assert!(message.starts_with("sample_time is -1"), "{message}");
 }
 
 #[test]
-fn a_source_is_compared_number_by_number() {
+fn compares_every_number_and_token_of_a_source() {
     let design = random(&mut Random::new(3), 3);
     let text = export(&design, &standing(), Real::Double).unwrap().source;
     let message = |text: &str, other: &str| compare_sources(other, text).unwrap_err().to_string();

@@ -87,7 +87,7 @@ struct LawOutput {
     references: EachTracked<f64>,
     /// The scheduling parameter.
     rho: f64,
-    /// Whether the speed is outside the range of the design.
+    /// `true` if the speed is outside the range of the design.
     out_of_range: bool,
 }
 

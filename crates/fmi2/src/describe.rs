@@ -1,4 +1,4 @@
-//! From resources to model, description and GUID; packager and binary share this code, and the packager
+//! Model, description and GUID from the resources; packager and binary share this code, and the packager
 //! writes the XML.
 
 use squid_model_description::{Capabilities, CoSimulation, Interfaces, ModelDescription, WriteError, guid};
@@ -7,7 +7,7 @@ use crate::log::Category;
 use crate::refusal::LoadError;
 use crate::{Interface, Model, ResourceError, Resources, Table};
 
-/// The resource that names the only interface of an FMU: `CoSimulation` or `ModelExchange`. Without it the FMU has all
+/// The resource that names the only interface of an FMU: `CoSimulation` or `ModelExchange`. Without it, the FMU has all
 /// interfaces of its model.
 pub const INTERFACE_RESOURCE: &str = "interface.txt";
 
@@ -16,9 +16,9 @@ pub const INTERFACE_RESOURCE: &str = "interface.txt";
 pub struct Described<M> {
     /// The model with its start values.
     pub model: M,
-    /// Its variables.
+    /// Table of variables.
     pub table: Table<M>,
-    /// Its description.
+    /// Model description.
     pub description: ModelDescription,
     /// GUID over description and resources.
     pub guid: String,
@@ -26,13 +26,13 @@ pub struct Described<M> {
     pub xml: String,
 }
 
-/// Why a model cannot be described.
+/// Reason for which a model cannot be described.
 #[derive(Debug, thiserror::Error)]
 pub enum DescribeError {
     /// The model could not be loaded.
     #[error(transparent)]
     Load(#[from] LoadError),
-    /// The table of variables breaks the standard.
+    /// The table of variables violates the standard.
     #[error(transparent)]
     Write(#[from] WriteError),
 }
@@ -40,7 +40,7 @@ pub enum DescribeError {
 /// Loads a model and writes its XML with the GUID that the binary will require.
 ///
 /// # Errors
-/// [`DescribeError`].
+/// Returns a [`DescribeError`] if the model cannot be loaded or its description cannot be written.
 pub fn describe<M: Model>(resources: &Resources) -> Result<Described<M>, DescribeError> {
     let Loaded { model, table, description, guid, interfaces } = load(resources)?;
     let xml = description.to_xml(&guid, interfaces)?;
@@ -56,11 +56,11 @@ pub(crate) struct Loaded<M> {
     pub(crate) interfaces: Interfaces,
 }
 
-/// Loads a model. The packager has checked its description against the standard, and the GUID shows that it is the
-/// same.
+/// Loads a model. The packager has checked its description against the standard, and the GUID shows that it is
+/// unchanged.
 ///
 /// # Errors
-/// [`LoadError`].
+/// Returns a [`LoadError`] if the resources are missing or invalid.
 pub(crate) fn load<M: Model>(resources: &Resources) -> Result<Loaded<M>, LoadError> {
     let model = M::load(resources).map_err(|error| LoadError(Box::new(error)))?;
     let table = Table::of(&model);
@@ -70,7 +70,7 @@ pub(crate) fn load<M: Model>(resources: &Resources) -> Result<Loaded<M>, LoadErr
     Ok(Loaded { model, table, description, guid, interfaces })
 }
 
-/// Why [`INTERFACE_RESOURCE`] names no interface of the model.
+/// Error for an [`INTERFACE_RESOURCE`] that names no interface of the model.
 #[derive(Debug, thiserror::Error)]
 #[error("resources/{INTERFACE_RESOURCE} is '{found}'; it must be {allowed}")]
 struct WrongInterface {
@@ -91,7 +91,7 @@ fn interfaces<M: Model>(resources: &Resources) -> Result<Interfaces, LoadError> 
     }
 }
 
-/// Whether an FMU with these interfaces can be instantiated for one of its model's.
+/// Returns `true` if an FMU with these interfaces can be instantiated for one of them.
 pub(crate) fn offers(interfaces: Interfaces, interface: Interface) -> bool {
     match interfaces {
         Interfaces::All => true,

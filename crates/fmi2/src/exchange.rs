@@ -3,7 +3,7 @@
 use crate::instance::Outcome;
 use crate::{Failure, Function, Instance, Log, Model, Phase, Refusal};
 
-/// Result of `fmi2NewDiscreteStates`; the states never jump, and one call is always enough.
+/// Result of `fmi2NewDiscreteStates`; the states are continuous at events, and one call is always sufficient.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Events {
     /// Time in s of the next event, if one is known.
@@ -21,10 +21,10 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// `fmi2NewDiscreteStates`: runs the event that is due.
+    /// `fmi2NewDiscreteStates`: processes the pending event.
     ///
     /// # Errors
-    /// A refused call, or that the model could not compute.
+    /// A refused call, or a failure of the model.
     pub fn new_discrete_states(&mut self, log: &mut dyn Log) -> Result<Events, Failure<M::Error>> {
         self.allows(Function::NewDiscreteStates)?;
         self.update(log)?;
@@ -47,7 +47,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2CompletedIntegratorStep`; it never requests an event.
     ///
     /// # Errors
-    /// A refused call, or that the model could not compute.
+    /// A refused call, or a failure of the model.
     pub fn integrator_step_completed(&mut self, log: &mut dyn Log) -> Outcome<M> {
         self.allows(Function::CompletedIntegratorStep)?;
         self.update(log)?;
@@ -86,12 +86,12 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// `fmi2SetReal`: as [`set`](Self::set), and in event and continuous-time mode also of states.
+    /// `fmi2SetReal`: does the same as [`set`](Self::set), and in event and continuous-time mode also sets states.
     ///
-    /// The standard has `fmi2SetContinuousStates` for these; CasADi sets them by `fmi2SetReal`, together with inputs.
+    /// States have `fmi2SetContinuousStates` in the standard; CasADi sets them by `fmi2SetReal`, together with inputs.
     ///
     /// # Errors
-    /// A refused call; nothing is then set.
+    /// A refused call; no value is then set.
     pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
         let states = self.table.states();
         let moves = matches!(self.now.phase, Phase::Event | Phase::Continuous);
@@ -106,7 +106,7 @@ impl<M: Model> Instance<M> {
                 Some(_) if !value.is_finite() => {
                     return Err(Refusal::NotFinite { name: self.name(reference), value });
                 }
-                Some(place) => self.rates[place] = value,
+                Some(index) => self.rates[index] = value,
             }
         }
         self.tune(references, |position| values[position])?;
@@ -122,7 +122,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetContinuousStates`.
     ///
     /// # Errors
-    /// A refused call, or that the model could not compute.
+    /// A refused call, or a failure of the model.
     pub fn continuous_states(&mut self, states: &mut [f64], log: &mut dyn Log) -> Outcome<M> {
         self.allows(Function::GetContinuousStates)?;
         self.counts("continuous states", states.len(), self.table.states().len())?;
@@ -134,7 +134,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetDerivatives`.
     ///
     /// # Errors
-    /// A refused call, or that the model could not compute; [`Refusal::Undefined`] where the states are impossible.
+    /// A refused call, or a failure of the model; [`Refusal::Undefined`] if the states are not admissible.
     pub fn derivatives(&mut self, rates: &mut [f64], log: &mut dyn Log) -> Outcome<M> {
         self.allows(Function::GetDerivatives)?;
         self.counts("continuous states", rates.len(), self.table.states().len())?;
@@ -143,7 +143,7 @@ impl<M: Model> Instance<M> {
         self.defined("the derivative of state", self.table.states(), rates)
     }
 
-    /// `fmi2GetEventIndicators`: no model has any.
+    /// `fmi2GetEventIndicators`: models have no event indicators.
     ///
     /// # Errors
     /// A refused call; [`Refusal::WrongCount`].

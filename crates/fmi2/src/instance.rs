@@ -1,4 +1,4 @@
-//! One instance of a model, from instantiation to the end, without the C interface.
+//! Life cycle of one instance of a model, without the C interface.
 
 use crate::refusal::Failure;
 use crate::states::bytes::identity;
@@ -6,11 +6,11 @@ use crate::states::snapshot::Slopes;
 use crate::variables::values::Value;
 use crate::{Described, Experiment, Function, Interface, Log, Model, Phase, Refusal, Snapshot, Table};
 
-/// A step longer than a day \[s\] is refused: it is probably a mistake, and would take long.
+/// Longest step allowed \[s\], a day: a longer one is probably a mistake, and its computation would take long.
 const LONGEST_STEP: f64 = 86_400.0;
 
-/// Largest difference between two readings of one clock at a time \[s\]: a nanosecond, and some last digits of a large
-/// time.
+/// Returns the largest rounding difference between two computations of a time \[s\]: a nanosecond plus some units in
+/// the last place.
 pub fn rounding_of_time(time: f64) -> f64 {
     1e-9 + 16.0 * f64::EPSILON * time.abs()
 }
@@ -29,44 +29,44 @@ pub struct Instance<M: Model> {
 pub(crate) type Outcome<M> = Result<(), Failure<<M as Model>::Error>>;
 
 impl<M: Model> Instance<M> {
-    /// An instance of a described model for co-simulation.
+    /// Creates an instance of a described model for co-simulation.
     pub fn new(described: Described<M>) -> Self {
         Self::made_for(Interface::CoSimulation, described)
     }
 
-    /// An instance of a described model.
+    /// Creates an instance of a described model for an interface.
     pub fn made_for(interface: Interface, described: Described<M>) -> Self {
         Self::of(interface, described.model, described.table, &described.guid)
     }
 
-    /// An instance of a model that was just loaded.
+    /// Creates an instance of a loaded model.
     pub(crate) fn of(interface: Interface, fresh: M, table: Table<M>, guid: &str) -> Self {
         let now = Snapshot::fresh(&fresh, identity(guid), interface);
         let (tangents, rates) = (vec![0.0; fresh.quantities()], vec![0.0; table.states().len()]);
         Self { table, fresh, now, tangents, rates }
     }
 
-    /// The phase of the instance.
+    /// Returns the phase of the instance.
     pub fn phase(&self) -> Phase {
         self.now.phase
     }
 
-    /// End of the last step in s.
+    /// Returns the end of the last step in s.
     pub fn time(&self) -> f64 {
         self.now.time
     }
 
-    /// The table of variables.
+    /// Returns the table of variables.
     pub fn table(&self) -> &Table<M> {
         &self.table
     }
 
-    /// The model itself.
+    /// Returns the model.
     pub fn model(&self) -> &M {
         &self.now.model
     }
 
-    /// Whether the state table allows a function now.
+    /// Checks that the state table allows a function in the current phase.
     ///
     /// # Errors
     /// [`Refusal::IllegalCall`], [`Refusal::OtherInterface`].
@@ -114,7 +114,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2ExitInitializationMode`.
     ///
     /// # Errors
-    /// [`Refusal::IllegalCall`], or a model without an initial state.
+    /// [`Refusal::IllegalCall`], or a failure of the model to find an initial state.
     pub fn exit_initialization(&mut self, log: &mut dyn Log) -> Outcome<M> {
         self.allows(Function::ExitInitializationMode)?;
         self.update(log)?;
@@ -124,11 +124,11 @@ impl<M: Model> Instance<M> {
 
     /// `fmi2DoStep` from `at` over `size`, both in s.
     ///
-    /// Importers compute the time in several ways, so `at` may differ from the end of the last step by rounding:
-    /// [`rounding_of_time`].
+    /// The time `at` may differ from the end of the last step by [`rounding_of_time`], because importers compute it
+    /// differently.
     ///
     /// # Errors
-    /// A refused call, or that the model could not compute the step.
+    /// A refused call, or a failure of the model to compute the step.
     pub fn step(&mut self, at: f64, size: f64, log: &mut dyn Log) -> Outcome<M> {
         self.allows(Function::DoStep)?;
         let time = self.now.time;
@@ -180,8 +180,8 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetXXX`: passes each value to `take` with its position in `references`.
     ///
     /// # Errors
-    /// A refused call, or that the model could not compute its outputs. [`Refusal::Undefined`] where one is not
-    /// finite; all are passed.
+    /// A refused call, or a failure of the model to compute its outputs. [`Refusal::Undefined`] if a value is not
+    /// finite; all values are passed to `take` nevertheless.
     pub fn get<T: Value>(
         &mut self,
         references: &[u32],
@@ -208,7 +208,7 @@ impl<M: Model> Instance<M> {
         Err(Refusal::Undefined { what: "variable", name, value }.into())
     }
 
-    /// `fmi2SetXXX`: sets all of the values, or none if one is refused.
+    /// `fmi2SetXXX`: sets all values, or none if one is refused.
     ///
     /// # Errors
     /// A refused call.
@@ -225,8 +225,8 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Sets those that are tunable parameters of a model that moves. They come first: what the model refuses it takes
-    /// back itself, and nothing else has been set.
+    /// Sets the tunable parameters of a running model, before all other variables: if the model refuses a value, it
+    /// restores the parameters, and no other variable has been set.
     pub(crate) fn tune<T: Value>(
         &mut self,
         references: &[u32],
@@ -246,12 +246,12 @@ impl<M: Model> Instance<M> {
         outcome.map_err(|error| Refusal::NotTuned { reason: error.to_string() })
     }
 
-    /// Makes the instance fatal after a panic.
+    /// Sets the phase to fatal after a panic.
     pub(crate) fn abandon(&mut self) {
         self.now.phase = Phase::Fatal;
     }
 
-    /// Brings the outputs up to date with what was set.
+    /// Updates the outputs if a variable was set.
     pub(crate) fn update(&mut self, log: &mut dyn Log) -> Outcome<M> {
         if !self.now.stale {
             return Ok(());
@@ -268,7 +268,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Holds the inputs whose rates belong to a step that is over.
+    /// Holds the inputs whose rates belong to a completed step.
     pub(crate) fn forget_flown_slopes(&mut self) {
         if self.now.slopes == Slopes::Flown {
             self.table.hold(&mut self.now.model);

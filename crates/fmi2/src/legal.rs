@@ -1,4 +1,4 @@
-//! Which function may be called when: the tables of sections 3.2.3 and 4.2.4 of FMI 2.0.4 in one.
+//! The legal function calls in each phase: the tables of sections 3.2.3 and 4.2.4 of FMI 2.0.4, combined.
 
 use Phase::{Continuous, Error, Event, Initialization, Instantiated, Step, Terminated};
 
@@ -8,7 +8,7 @@ use crate::{Interface, Phase};
 struct Row {
     function: Function,
     name: &'static str,
-    /// The only interface with the function; `None` means both.
+    /// Interface that alone has the function; `None` means both.
     interface: Option<Interface>,
     phases: &'static [Phase],
 }
@@ -17,11 +17,11 @@ const BOTH: Option<Interface> = None;
 const ME: Option<Interface> = Some(Interface::ModelExchange);
 const CS: Option<Interface> = Some(Interface::CoSimulation);
 
-/// By the standard a fatal instance takes no calls; here it may still be freed, so that nothing leaks.
+/// All phases. The standard allows no calls of a fatal instance; freeing is allowed here, to prevent leaks.
 const EVERYWHERE: &[Phase] = &Phase::ALL;
 const ALIVE: &[Phase] = &[Instantiated, Initialization, Step, Event, Continuous, Terminated, Error];
 const READABLE: &[Phase] = &[Initialization, Step, Event, Continuous, Terminated, Error];
-/// Variables that change at events only cannot be set in continuous-time mode.
+/// Phases with settable Reals; variables that change at events only cannot be set in continuous-time mode.
 const SET_REAL: &[Phase] = &[Instantiated, Initialization, Step, Event, Continuous];
 const SET_OTHER: &[Phase] = &[Instantiated, Initialization, Step, Event];
 const RUNNING: &[Phase] = &[Step, Event, Continuous];
@@ -96,7 +96,7 @@ functions! {
 }
 
 impl Function {
-    /// All functions.
+    /// Iterates over all functions.
     pub fn all() -> impl Iterator<Item = Self> {
         LEGAL.iter().map(|row| row.function)
     }
@@ -105,22 +105,22 @@ impl Function {
         &LEGAL[self as usize]
     }
 
-    /// Name in the standard.
+    /// Returns the name in the standard.
     pub fn name(self) -> &'static str {
         self.row().name
     }
 
-    /// The only interface with the function; `None` means both.
+    /// Interface that alone has the function; `None` means both.
     pub fn interface(self) -> Option<Interface> {
         self.row().interface
     }
 
-    /// Whether an instance of the given kind has the function at all.
+    /// Returns `true` if instances for the given interface have the function.
     pub fn belongs_to(self, interface: Interface) -> bool {
         self.row().interface.is_none_or(|own| own == interface)
     }
 
-    /// Whether the function may be called in the given phase of an instance of the given kind.
+    /// Returns `true` if the function may be called in the given phase of an instance for the given interface.
     pub fn is_legal_in(self, phase: Phase, interface: Interface) -> bool {
         self.belongs_to(interface) && self.row().phases.contains(&phase)
     }
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_those_of_the_standard_and_differ() {
+    fn all_44_names_are_distinct_and_start_with_fmi2() {
         let names: std::collections::BTreeSet<_> = Function::all().map(Function::name).collect();
         assert_eq!(names.len(), 44);
         assert!(names.iter().all(|name| name.starts_with("fmi2")));
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_function_of_one_interface_is_legal_in_phases_of_that_interface_alone() {
+    fn every_phase_of_a_function_occurs_in_its_interface() {
         for function in Function::all() {
             for &phase in function.row().phases {
                 let some = [Interface::ModelExchange, Interface::CoSimulation]

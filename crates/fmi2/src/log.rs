@@ -2,16 +2,16 @@
 
 use squid_model_description::LogCategory;
 
-/// Receives the messages of a model.
+/// Receiver of the messages of a model.
 pub trait Log {
-    /// Logs a warning of one sentence: the result may be doubtful, and the call returns `fmi2Warning`.
+    /// Logs a warning of one sentence: the result may be inaccurate, and the call returns `fmi2Warning`.
     fn warn(&mut self, message: &str);
 }
 
-/// Log categories, with the names that the standard proposes (section 2.2.4).
+/// Log categories, with the names proposed by the standard (section 2.2.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Category {
-    /// Values that are undefined.
+    /// Undefined values.
     Discard,
     /// Warnings.
     Warning,
@@ -25,7 +25,7 @@ impl Category {
     /// All categories, in the order of the model description.
     pub const ALL: [Self; 4] = [Self::Discard, Self::Warning, Self::Error, Self::Fatal];
 
-    /// Name in the model description.
+    /// Returns the name in the model description.
     pub fn name(self) -> &'static str {
         match self {
             Self::Discard => "logStatusDiscard",
@@ -49,10 +49,10 @@ impl Category {
     }
 }
 
-/// Which categories are shown (section 2.1.5).
+/// Filter of the logged categories (section 2.1.5).
 ///
-/// Errors are always shown. The others are shown unless a list of categories excludes them, because the standard
-/// requires a message with every such status (section 2.1.3).
+/// Errors are always logged. The other categories are logged unless a list of categories excludes them, because the
+/// standard requires a message with every such status (section 2.1.3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Filter {
     discards: bool,
@@ -63,7 +63,7 @@ impl Filter {
     /// All categories.
     pub(crate) const ALL: Self = Self { discards: true, warnings: true };
 
-    /// Only the listed ones (and errors).
+    /// Enables the listed categories and errors.
     pub(crate) fn listed(categories: &[Category]) -> Self {
         Self {
             discards: categories.contains(&Category::Discard),
@@ -80,7 +80,7 @@ impl Filter {
     }
 }
 
-/// Drops every message.
+/// A log that discards every message.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Silent;
 

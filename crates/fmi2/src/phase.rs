@@ -2,17 +2,17 @@
 
 use Phase::{Continuous, Error, Event, Fatal, Initialization, Instantiated, Step, Terminated};
 
-/// What an instance was made for (`fmi2Type`).
+/// Interface of an instance (`fmi2Type`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interface {
-    /// The importer integrates (section 3).
+    /// Model exchange: the importer integrates (section 3).
     ModelExchange,
-    /// The FMU steps itself (section 4).
+    /// Co-simulation: the FMU integrates (section 4).
     CoSimulation,
 }
 
 impl Interface {
-    /// Name in prose.
+    /// Returns the name for messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::ModelExchange => "model exchange",
@@ -20,7 +20,7 @@ impl Interface {
         }
     }
 
-    /// The phase after `fmi2ExitInitializationMode`.
+    /// Returns the phase after `fmi2ExitInitializationMode`.
     pub(crate) fn first_phase(self) -> Phase {
         match self {
             Self::ModelExchange => Event,
@@ -29,15 +29,15 @@ impl Interface {
     }
 }
 
-/// State of an instance.
+/// Phase of an instance in the state machine.
 ///
 /// `stepInProgress`, `stepFailed` and `stepCanceled` of the standard do not occur: a step is computed before
 /// `fmi2DoStep` returns, and it is computed completely or not at all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
-    /// After `fmi2Instantiate` or `fmi2Reset`.
+    /// Phase after `fmi2Instantiate` or `fmi2Reset`.
     Instantiated,
-    /// Between `fmi2EnterInitializationMode` and `fmi2ExitInitializationMode`.
+    /// Initialization mode, from `fmi2EnterInitializationMode` to `fmi2ExitInitializationMode`.
     Initialization,
     /// `stepComplete` of the standard: ready for `fmi2DoStep`; co-simulation only.
     Step,
@@ -45,11 +45,11 @@ pub enum Phase {
     Event,
     /// Continuous-time mode; model exchange only.
     Continuous,
-    /// After `fmi2Terminate`.
+    /// Phase after `fmi2Terminate`.
     Terminated,
-    /// The model could not compute; only reset, an earlier state, or free.
+    /// Failure of the model; the instance can only be reset, restored or freed.
     Error,
-    /// The FMU has a defect; only free.
+    /// Internal error of the FMU; the instance can only be freed.
     Fatal,
 }
 
@@ -58,7 +58,7 @@ impl Phase {
     pub const ALL: [Self; 8] =
         [Instantiated, Initialization, Step, Event, Continuous, Terminated, Error, Fatal];
 
-    /// Name in the standard.
+    /// Returns the name in the standard.
     pub fn name(self) -> &'static str {
         match self {
             Instantiated => "instantiated",
@@ -72,7 +72,7 @@ impl Phase {
         }
     }
 
-    /// Whether an instance of this kind can ever be in the phase.
+    /// Returns `true` if instances for the given interface can be in the phase.
     pub fn occurs_in(self, interface: Interface) -> bool {
         match self {
             Step => interface == Interface::CoSimulation,

@@ -1,8 +1,8 @@
-//! Every reason to refuse a call, as one sentence.
+//! Reasons to refuse a call, each with a message of one sentence.
 
 use crate::{ResourceError, StateError, UriError};
 
-/// Displays a number with a power of ten in place of more than fifteen zeros.
+/// A number displayed with an exponent if it would need more than fifteen zeros.
 struct Number(f64);
 
 impl std::fmt::Display for Number {
@@ -13,12 +13,12 @@ impl std::fmt::Display for Number {
     }
 }
 
-/// The model could not be loaded.
+/// Error of loading a model.
 #[derive(Debug, thiserror::Error)]
 #[error("the model cannot be loaded from its resources: {0}")]
 pub struct LoadError(#[source] pub(crate) Box<dyn std::error::Error + Send + Sync>);
 
-/// Why a call was refused; nothing in the instance has changed.
+/// Reason for a refused call; the instance is unchanged.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum Refusal {
@@ -121,13 +121,13 @@ pub enum Refusal {
     WrongGuid { given: String, expected: String },
 }
 
-/// A refused call, or a model that could not compute.
+/// A refused call, or a failure of the model.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure<E> {
-    /// The call was refused.
+    /// A refused call.
     #[error(transparent)]
     Refused(#[from] Refusal),
-    /// The model could not compute.
+    /// A failure of the model.
     #[error("{0}")]
     Model(E),
 }
@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_short() {
+    fn displays_large_and_small_numbers_with_an_exponent() {
         let shown = [0.0, -0.25, 1e14, 1e308, -5e-324, f64::NAN].map(|one| Number(one).to_string());
         assert_eq!(shown, ["0", "-0.25", "100000000000000", "1e308", "-5e-324", "NaN"]);
     }

@@ -10,14 +10,14 @@ pub struct Resources {
     files: BTreeMap<String, Vec<u8>>,
 }
 
-/// Why a resource cannot be used.
+/// Reason for which a resource cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ResourceError {
     /// A folder or file that cannot be read.
     #[error("'{}' cannot be read: {source}", path.display())]
     Unreadable { path: PathBuf, source: io::Error },
-    /// A file name that is not Unicode, and so has no definite bytes in the GUID.
+    /// A file name that is not Unicode, and so has no unique byte representation in the GUID.
     #[error("the name of '{}' is not Unicode", path.display())]
     NameNotUnicode { path: PathBuf },
     /// A missing file.
@@ -29,7 +29,7 @@ pub enum ResourceError {
 }
 
 impl Resources {
-    /// Reads a folder with all its sub-folders; names that begin with a dot are skipped.
+    /// Reads a folder with all its subfolders; names that start with a dot are skipped.
     ///
     /// # Errors
     /// [`ResourceError::Unreadable`], [`ResourceError::NameNotUnicode`].
@@ -68,12 +68,12 @@ impl Resources {
         self.files.insert(name.to_owned(), bytes.into());
     }
 
-    /// The files, sorted by name.
+    /// Iterates over the files, sorted by name.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &[u8])> {
         self.files.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
     }
 
-    /// One file as bytes.
+    /// Returns a file as bytes.
     ///
     /// # Errors
     /// [`ResourceError::Missing`].
@@ -82,7 +82,7 @@ impl Resources {
         bytes.ok_or_else(|| ResourceError::Missing { name: name.to_owned() })
     }
 
-    /// One file as text.
+    /// Returns a file as text.
     ///
     /// # Errors
     /// [`ResourceError::Missing`], [`ResourceError::NotText`].
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn says_where_text_ends() {
+    fn reports_the_first_byte_that_is_not_utf8() {
         let resources: Resources = [("a", vec![b'x', 0xff])].into_iter().collect();
         assert!(matches!(resources.text("a"), Err(ResourceError::NotText { valid_up_to: 1, .. })));
     }

@@ -1,4 +1,4 @@
-//! The state of an instance: taken, put back, as bytes.
+//! The state of an instance: saving, restoring and serialisation.
 
 pub(crate) mod bytes;
 pub(crate) mod snapshot;

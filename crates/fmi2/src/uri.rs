@@ -1,31 +1,31 @@
-//! The resource location, a file URI (RFC 8089), in the variants that importers write.
+//! The resource location, a file URI (RFC 8089), in the variants used by importers.
 
 use std::path::PathBuf;
 
-/// Why a resource location cannot be used.
+/// Reason for which a resource location cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum UriError {
-    /// The URI does not begin with `file:`.
+    /// A URI without the scheme `file:`.
     #[error("the resource location '{uri}' is not a file URI such as file:///path/resources")]
     NotFile { uri: String },
-    /// A host other than this one.
+    /// A remote host.
     #[error("the resource location '{uri}' names the host '{host}'; only local files can be read")]
     Remote { uri: String, host: String },
     /// A `%` that is not followed by two hexadecimal digits, or bytes that are not UTF-8, in a path that does not exist
-    /// as it is written.
+    /// without decoding.
     #[error("the resource location '{uri}' has a broken percent-encoding")]
     BadEncoding { uri: String },
 }
 
-/// Path of a file URI: `file:/p`, `file:///p`, `file:////p`, `file://localhost/p`, with or without a slash at the
-/// end, with a drive letter on Windows after two or three slashes.
+/// Returns the path of a file URI: `file:/p`, `file:///p`, `file:////p`, `file://localhost/p`, with or without a
+/// trailing slash, with a drive letter on Windows after two or three slashes.
 ///
-/// The path is percent-decoded. Some importers do not encode it (FMI.jl, fmi4c): where only the path as it is written
-/// exists, it is that.
+/// The path is percent-decoded. Some importers do not encode it (FMI.jl, fmi4c): if only the undecoded path exists, it
+/// is returned.
 ///
 /// # Errors
-/// See [`UriError`].
+/// Returns a [`UriError`] if the URI is not that of a local file.
 pub fn path_of(uri: &str) -> Result<PathBuf, UriError> {
     let scheme_end = "file:".len();
     let is_file = uri.get(..scheme_end).is_some_and(|scheme| scheme.eq_ignore_ascii_case("file:"));
@@ -34,7 +34,7 @@ pub fn path_of(uri: &str) -> Result<PathBuf, UriError> {
     }
     let rest = &uri[scheme_end..];
     let path = match rest.strip_prefix("//") {
-        // Some importers write two slashes before a drive letter; what follows is not a host.
+        // Some importers write two slashes before a drive letter, which is not a host.
         Some(authority) if !authority.starts_with('/') && !begins_with_drive(authority) => {
             let (host, path) = authority.split_at(authority.find('/').unwrap_or(authority.len()));
             if !host.eq_ignore_ascii_case("localhost") {
@@ -65,7 +65,7 @@ fn begins_with_drive(path: &str) -> bool {
     matches!(path.as_bytes(), [letter, b':', ..] if letter.is_ascii_alphabetic())
 }
 
-/// Replaces `%41` by `A`.
+/// Decodes percent-encoding, such as `%41` for `A`.
 fn decode(text: &str) -> Option<String> {
     let mut bytes = Vec::with_capacity(text.len());
     let mut rest = text.as_bytes();
@@ -90,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn reads_every_spelling_that_importers_use() {
+    fn parses_all_uri_variants_of_importers() {
         for (uri, path) in [
             ("file:///opt/fmu/resources", "/opt/fmu/resources"),
             ("file:////opt/fmu/resources/", "/opt/fmu/resources"),
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn takes_a_path_that_is_not_encoded_where_only_that_exists() {
+    fn returns_the_undecoded_path_if_only_that_exists() {
         let folder = tempfile::tempdir().unwrap();
         let found = |name: &str| path_of(&format!("file://{}/{name}", folder.path().display()));
         for name in ["100%", "a%20b", "%zz", "%ff"] {
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_is_no_local_file() {
+    fn refuses_uris_of_no_local_file() {
         assert!(matches!(path_of("http://a/b"), Err(UriError::NotFile { .. })));
         assert!(matches!(path_of("/opt/r"), Err(UriError::NotFile { .. })));
         assert!(matches!(path_of("file:r"), Err(UriError::NotFile { .. })));

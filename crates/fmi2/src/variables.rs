@@ -1,4 +1,4 @@
-//! The table of variables, and what an importer asks of it.
+//! The table of variables, and its access by importers.
 
 mod derivatives;
 mod embed;

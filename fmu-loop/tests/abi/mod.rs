@@ -54,7 +54,7 @@ unsafe extern "C" fn count(
 
 pub fn callbacks() -> CallbackFunctions {
     type Fixed = unsafe extern "C" fn(*mut c_void, *const c_char, Status, *const c_char, *const c_char);
-    // On the platforms of the tests a variadic function is called like one without further arguments.
+    // The calling convention of variadic functions is that of others on the platforms of the tests.
     let logger = unsafe { std::mem::transmute::<Fixed, Logger>(count) };
     CallbackFunctions {
         logger: Some(logger),
@@ -96,7 +96,7 @@ impl<M: Model> Unpacked<M> {
         self.started_with(interface, &[])
     }
 
-    /// Returns the same with other values of parameters.
+    /// Returns such an instance with other values of parameters.
     pub fn started_with(&self, interface: Interface, parameters: &[(u32, f64)]) -> Component {
         let c = self.instantiate(interface);
         assert!(!c.is_null());

@@ -71,7 +71,7 @@ pub fn with_given_speed() -> Resources {
     together(files, &design, &manoeuvre())
 }
 
-/// Waves of 6 s from the side of the bow.
+/// Oblique bow waves with a period of 6 s.
 pub const SEA: [(&str, f64); 3] = [("wave_height", 1.0), ("wave_period", 6.0), ("wave_heading", 2.5)];
 
 /// Returns the files of a vehicle in six degrees of freedom, with a heading design besides [`two_degrees`], and a

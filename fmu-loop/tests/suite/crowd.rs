@@ -1,4 +1,4 @@
-//! Many instances and threads at once: each behaves as if it were alone.
+//! Many instances and threads at once: each behaves like a single instance.
 
 use crate::abi::{Unpacked, do_step, free, get, set};
 use crate::example;
@@ -31,7 +31,7 @@ fn fly<M: Model>(fmu: &Unpacked<M>, input: u32, output: u32, first: usize) -> Ve
     bits
 }
 
-fn flies_alike_alone_and_in_a_crowd<M: Model>(input: &str, output: &str) {
+fn single_and_concurrent_runs_are_equal<M: Model>(input: &str, output: &str) {
     let fmu = Unpacked::<M>::new(&example::resources());
     let description = describe::<M>(&example::resources()).unwrap().description;
     let reference = |name: &str| description.variables[description.position(name).unwrap()].value_reference;
@@ -54,17 +54,17 @@ fn flies_alike_alone_and_in_a_crowd<M: Model>(input: &str, output: &str) {
 
 #[test]
 fn plants_are_independent() {
-    flies_alike_alone_and_in_a_crowd::<PlantModel>("current_horizontal", "distance");
+    single_and_concurrent_runs_are_equal::<PlantModel>("current_horizontal", "distance");
 }
 
 #[test]
 fn controllers_are_independent() {
-    flies_alike_alone_and_in_a_crowd::<Controller>("pitch_reference", "lower");
+    single_and_concurrent_runs_are_equal::<Controller>("pitch_reference", "lower");
 }
 
 #[test]
 fn loops_are_independent() {
-    flies_alike_alone_and_in_a_crowd::<ClosedLoop>("current_vertical", "depth");
+    single_and_concurrent_runs_are_equal::<ClosedLoop>("current_vertical", "depth");
 }
 
 /// Sets NaN and infinity in every Real variable, in every state in which it can be set.

@@ -9,9 +9,8 @@ use squid_fmu_controller::Controller;
 use squid_fmu_loop::ClosedLoop;
 use squid_fmu_plant::PlantModel;
 
-/// Asserts that derivatives equal the central differences of `value`, relative to the size of the
-/// compared quantities, for one of three step sizes: near rest the root in a thruster's curve bends too much within the
-/// largest.
+/// Asserts that derivatives equal the central differences of `value`, relative to the size of the compared quantities,
+/// for one of three step sizes: near rest, the root in a thruster's curve is too curved for the largest one.
 fn assert_slopes(names: &[&str], exact: &[f64], size: &[f64], step: f64, value: impl Fn(f64) -> Vec<f64>) {
     let steps = [step, 0.1 * step, 0.01 * step].map(|step| (step, value(step), value(-step)));
     for (position, name) in names.iter().enumerate() {
@@ -81,7 +80,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
-    fn of_the_plant(
+    fn plant_derivatives_match_differences(
         offsets in prop::collection::vec(0.1..1.0, 17),
         direction in prop::collection::vec(-1.0..1.0, 13),
     ) {
@@ -89,7 +88,7 @@ proptest! {
     }
 
     #[test]
-    fn of_the_loop(
+    fn loop_derivatives_match_differences(
         offsets in prop::collection::vec(0.1..1.0, 17),
         direction in prop::collection::vec(-1.0..1.0, 13),
     ) {
@@ -97,7 +96,7 @@ proptest! {
     }
 
     #[test]
-    fn of_the_controllers_first_outputs(
+    fn derivatives_of_first_commands_match_differences(
         at in prop::collection::vec(-1.0..1.0, 12),
         direction in prop::collection::vec(-1.0..1.0, 12),
     ) {
@@ -107,7 +106,7 @@ proptest! {
     }
 
     #[test]
-    fn of_the_controllers_next_tick(
+    fn derivatives_of_the_next_tick_match_differences(
         at in prop::collection::vec(-1.0..1.0, 12),
         direction in prop::collection::vec(-1.0..1.0, 12),
         ticks in 0..20,
@@ -130,21 +129,21 @@ fn around(case: Case, at: &[f64], direction: &[f64]) -> (Vec<u32>, Vec<f64>, Vec
 /// Checks the first outputs of the controller with respect to its inputs, in initialisation mode, by setting and
 /// getting.
 fn check_first_outputs(case: Case, at: &[f64], direction: &[f64]) {
-    let (inputs, place, seed, outputs) = around(case, at, direction);
+    let (inputs, point, seed, outputs) = around(case, at, direction);
     let mut now = case.instance::<Controller>(Interface::CoSimulation);
-    write(&mut now, &inputs, &place);
+    write(&mut now, &inputs, &point);
     let mut exact = vec![0.0; outputs.len()];
     now.directional_derivative(&outputs, &inputs, &seed, &mut exact, &mut Silent).unwrap();
     let values = |step: f64| {
         let mut moved = case.instance::<Controller>(Interface::CoSimulation);
-        let at = along(&place, &seed, step);
+        let at = along(&point, &seed, step);
         write(&mut moved, &inputs, &at);
         read(&mut moved, &outputs)
     };
     assert_outputs(&outputs, &exact, values);
 }
 
-/// The next tick also depends on applied commands if they are used: by the anti-windup, or because it follows them.
+/// The next tick also depends on applied commands if the anti-windup uses them, or if it follows them.
 #[test]
 fn no_derivatives_while_applied_commands_are_used() {
     let description = SQUID.describe::<Controller>().description;
@@ -165,11 +164,11 @@ fn no_derivatives_while_applied_commands_are_used() {
 
 /// Checks the commands of the tick at the start of the next step, by setting, stepping and getting.
 fn check_next_tick(case: Case, at: &[f64], direction: &[f64], ticks: i32) {
-    let (inputs, place, seed, outputs) = around(case, at, direction);
+    let (inputs, point, seed, outputs) = around(case, at, direction);
     let sample_time = 0.02;
     let mut now = case.instance::<Controller>(Interface::CoSimulation);
     now.exit_initialization(&mut Silent).unwrap();
-    write(&mut now, &inputs, &place);
+    write(&mut now, &inputs, &point);
     for _ in 0..ticks {
         now.step(now.time(), sample_time, &mut Silent).unwrap();
     }
@@ -179,7 +178,7 @@ fn check_next_tick(case: Case, at: &[f64], direction: &[f64], ticks: i32) {
     let values = |step: f64| {
         let mut moved = case.instance::<Controller>(Interface::CoSimulation);
         moved.restore(&before).unwrap();
-        let at = along(&place, &seed, step);
+        let at = along(&point, &seed, step);
         write(&mut moved, &inputs, &at);
         moved.step(moved.time(), 1e-3, &mut Silent).unwrap();
         read(&mut moved, &outputs)
@@ -201,14 +200,14 @@ fn check_start<M: Model>(case: Case, offsets: &[f64], direction: &[f64], prepare
     let description = case.describe::<M>().description;
     let inputs = real_of(&description, Causality::Input);
     let offset = |(&(_, start, nominal), by): (&(u32, f64, f64), &f64)| start + 0.1 * nominal * by;
-    let place: Vec<f64> = inputs.iter().zip(offsets.iter().cycle()).map(offset).collect();
+    let point: Vec<f64> = inputs.iter().zip(offsets.iter().cycle()).map(offset).collect();
     let seed: Vec<f64> =
         inputs.iter().zip(direction.iter().cycle()).map(|(one, along)| 0.1 * one.2 * along).collect();
     let (unknowns, names) = unknowns(&description);
     let start = |step: f64| {
         let mut instance = case.instance::<M>(Interface::CoSimulation);
         prepare(&mut instance);
-        let at = along(&place, &seed, step);
+        let at = along(&point, &seed, step);
         write(&mut instance, &references(&inputs), &at);
         instance
     };
@@ -221,7 +220,7 @@ fn check_start<M: Model>(case: Case, offsets: &[f64], direction: &[f64], prepare
 }
 
 #[test]
-fn derivatives_at_start_are_those_of_initialisation() {
+fn derivatives_at_start_match_those_of_initialisation() {
     let directions = [[1.0, 0.3, -0.7], [-0.2, 1.0, 0.4]];
     for (case, direction) in CASES.iter().flat_map(|case| directions.iter().map(|one| (*case, one))) {
         check_start::<PlantModel>(case, &[0.5, -0.3, 0.2, 0.4], direction, |_| {});
@@ -258,17 +257,17 @@ fn derivatives_at_a_trim_row_are_right_sided() {
     }
 }
 
-/// Returns inputs near level flight at the centre of the speeds, away from the corners of the trim table.
+/// Returns inputs near level flight at the centre of the speeds, away from the breakpoints of the trim table.
 fn at_inputs(inputs: &[(u32, f64, f64)], offsets: &[f64]) -> Vec<f64> {
-    let place = inputs.iter().zip(offsets).map(|((_, start, nominal), offset)| match *nominal {
-        1.0 => off_corner(start + 0.45 * offset),
+    let point = inputs.iter().zip(offsets).map(|((_, start, nominal), offset)| match *nominal {
+        1.0 => off_breakpoint(start + 0.45 * offset),
         _ => start + 0.045 * offset,
     });
-    place.collect()
+    point.collect()
 }
 
-/// Shifts a speed off the corners of the trim table, which lie about 0.1 m/s apart.
-fn off_corner(speed: f64) -> f64 {
+/// Shifts a speed away from the breakpoints of the trim table, which are about 0.1 m/s apart.
+fn off_breakpoint(speed: f64) -> f64 {
     let trims =
         describe::<Controller>(&resources()).unwrap().model.axes()[0].design().trim.forward_speed.clone();
     let near = trims.into_iter().find(|corner| (corner - speed).abs() < 1e-3);

@@ -27,7 +27,7 @@ fn every_signal_is_an_output_of_the_plant() {
 }
 
 #[test]
-fn describes_itself_from_the_files() {
+fn description_follows_from_the_files() {
     let described = describe(&resources()).unwrap();
     let description = &described.description;
     assert_eq!((description.model_identifier.as_str(), description.model_name.as_str()), ("squid", "squid"));
@@ -165,7 +165,7 @@ fn rejects_infeasible_parameters() {
     }
 }
 
-/// FMI's minimum and maximum include the ends; the description says so if the model refuses an end.
+/// Minimum and maximum of FMI include the ends; the description states it if the model refuses an end.
 fn ends_are_accepted_or_excluded<M: Model>(describe: fn() -> Described<M>) -> usize {
     let description = describe().description;
     let mut excluded = 0;

@@ -1,4 +1,4 @@
-//! The loop as an FMU, without the C interface: its motion, and that it does not depend on how it is stepped.
+//! The loop as an FMU, without the C interface: its motion, and its independence of the steps.
 
 use crate::example::{
     Flight, design, input, manoeuvre, resources, started, turning, two_degrees, with, with_two_degrees,
@@ -122,8 +122,8 @@ fn equals_both_stepped_by_a_master(resources: &Resources, measured: &[&str]) {
     }
 }
 
-/// A design with unused measurements behaves as the design without them; one with references and measurements as inputs
-/// behaves as the one with their differences.
+/// A design with unused measurements behaves like the design without them; one with references and measurements as
+/// inputs behaves like the one with their differences.
 #[test]
 fn equivalent_controllers_give_equal_motion() {
     let mut idle = design();
@@ -283,7 +283,7 @@ fn current_carries_the_vehicle() {
 
 #[test]
 fn warns_once_per_excursion() {
-    // The speed leaves the range at the end of the ramp, is brought back by `manual`, and leaves it again at the lower
+    // The speed leaves the range at the end of the ramp, returns by `manual`, and leaves the range again at the lower
     // end.
     let fast = Manoeuvre { speed_from: 2.5, speed_to: 3.4, ..manoeuvre() };
     let mut flight = started(&with(&design(), &fast));

@@ -1,4 +1,4 @@
-//! Ramped inputs: one long step with rates is the limit of many short ones with held inputs.
+//! Ramped inputs: one long step with rates is the limit of many short steps with constant inputs.
 
 use crate::example::{Flight, resources};
 use squid_fmi2::{Model, Silent, describe};

@@ -1,4 +1,4 @@
-//! Time derivatives of outputs, compared with short steps.
+//! Time derivatives of outputs, compared with differences over short steps.
 
 use crate::case::*;
 use squid_fmi2::model_description::Causality;
@@ -6,7 +6,7 @@ use squid_fmi2::{Instance, Interface, Model, Silent};
 use squid_fmu_loop::ClosedLoop;
 use squid_fmu_plant::PlantModel;
 
-fn outputs_move_as_told<M: Model>(case: Case) {
+fn check_output_derivatives<M: Model>(case: Case) {
     let description = case.describe::<M>().description;
     let mut instance = case.instance::<M>(Interface::CoSimulation);
     instance.exit_initialization(&mut Silent).unwrap();
@@ -34,7 +34,7 @@ fn outputs_move_as_told<M: Model>(case: Case) {
     assert!(refused.unwrap_err().to_string().contains("order 2"));
 }
 
-/// A ramped input moves the outputs with direct feedthrough, both by its value and by its rate.
+/// A ramped input changes outputs with direct feedthrough, both by its value and by its rate.
 #[test]
 fn ramped_outputs_match_their_derivatives() {
     let description = described::<PlantModel>();
@@ -76,7 +76,7 @@ fn ramped_outputs_match_their_derivatives() {
 #[test]
 fn outputs_match_their_derivatives() {
     for case in CASES {
-        outputs_move_as_told::<PlantModel>(case);
-        outputs_move_as_told::<ClosedLoop>(case);
+        check_output_derivatives::<PlantModel>(case);
+        check_output_derivatives::<ClosedLoop>(case);
     }
 }

@@ -1,4 +1,4 @@
-//! Run, save, run, restore, run: the same bits, with the state in memory or serialised.
+//! Restored instances continue with identical bits, with the state in memory or serialised.
 
 use crate::case::{read, real_of, references, set_waves};
 use crate::example::{resources, turning, with_given_speed, with_two_degrees};
@@ -22,10 +22,10 @@ fn instance<M: Model>(resources: &Resources) -> Instance<M> {
 }
 
 fn started<M: Model>(resources: &Resources) -> Instance<M> {
-    begun(resources, |_| {})
+    started_with(resources, |_| {})
 }
 
-fn begun<M: Model>(resources: &Resources, prepare: fn(&mut Instance<M>)) -> Instance<M> {
+fn started_with<M: Model>(resources: &Resources, prepare: fn(&mut Instance<M>)) -> Instance<M> {
     let mut instance = instance::<M>(resources);
     instance.set_up(Experiment { start: 1.5, ..Experiment::default() }).unwrap();
     prepare(&mut instance);
@@ -44,7 +44,7 @@ fn tune<M: Model>(instance: &mut Instance<M>, description: &ModelDescription, of
     }
 }
 
-/// Makes the moves, and returns the bits of the outputs after each.
+/// Runs the steps, and returns the bits of the outputs after each.
 fn run<M: Model>(instance: &mut Instance<M>, description: &ModelDescription, moves: &[Move]) -> Vec<u64> {
     let inputs = real_of(description, Causality::Input);
     let outputs = references(&real_of(description, Causality::Output));
@@ -60,11 +60,11 @@ fn run<M: Model>(instance: &mut Instance<M>, description: &ModelDescription, mov
     bits
 }
 
-fn goes_on_alike<M: Model>(resources: &Resources, before: &[Move], after: &[Move]) {
-    goes_on_alike_from(started::<M>(resources), resources, before, after);
+fn continues_equally<M: Model>(resources: &Resources, before: &[Move], after: &[Move]) {
+    continues_equally_from(started::<M>(resources), resources, before, after);
 }
 
-fn goes_on_alike_from<M: Model>(
+fn continues_equally_from<M: Model>(
     mut first: Instance<M>,
     resources: &Resources,
     before: &[Move],
@@ -91,63 +91,63 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
-    fn plants_go_on_alike(before in moves(6), after in moves(6)) {
-        goes_on_alike::<PlantModel>(&resources(), &before, &after);
-        goes_on_alike::<PlantModel>(&with_given_speed(), &before, &after);
-        goes_on_alike::<PlantModel>(&turning(), &before, &after);
+    fn restored_plants_continue_equally(before in moves(6), after in moves(6)) {
+        continues_equally::<PlantModel>(&resources(), &before, &after);
+        continues_equally::<PlantModel>(&with_given_speed(), &before, &after);
+        continues_equally::<PlantModel>(&turning(), &before, &after);
         for files in [resources(), turning()] {
-            goes_on_alike_from(begun::<PlantModel>(&files, set_waves), &files, &before, &after);
+            continues_equally_from(started_with::<PlantModel>(&files, set_waves), &files, &before, &after);
         }
     }
 
     #[test]
-    fn controllers_go_on_alike(before in moves(9), after in moves(9)) {
-        goes_on_alike::<Controller>(&resources(), &before, &after);
-        goes_on_alike::<Controller>(&with_two_degrees(), &before, &after);
-        goes_on_alike::<Controller>(&turning(), &before, &after);
+    fn restored_controllers_continue_equally(before in moves(9), after in moves(9)) {
+        continues_equally::<Controller>(&resources(), &before, &after);
+        continues_equally::<Controller>(&with_two_degrees(), &before, &after);
+        continues_equally::<Controller>(&turning(), &before, &after);
     }
 
     #[test]
-    fn loops_go_on_alike(before in moves(6), after in moves(6)) {
-        goes_on_alike::<ClosedLoop>(&resources(), &before, &after);
-        goes_on_alike::<ClosedLoop>(&with_two_degrees(), &before, &after);
-        goes_on_alike::<ClosedLoop>(&with_given_speed(), &before, &after);
-        goes_on_alike::<ClosedLoop>(&turning(), &before, &after);
+    fn restored_loops_continue_equally(before in moves(6), after in moves(6)) {
+        continues_equally::<ClosedLoop>(&resources(), &before, &after);
+        continues_equally::<ClosedLoop>(&with_two_degrees(), &before, &after);
+        continues_equally::<ClosedLoop>(&with_given_speed(), &before, &after);
+        continues_equally::<ClosedLoop>(&turning(), &before, &after);
         for files in [resources(), turning()] {
-            goes_on_alike_from(begun::<ClosedLoop>(&files, set_waves), &files, &before, &after);
+            continues_equally_from(started_with::<ClosedLoop>(&files, set_waves), &files, &before, &after);
         }
     }
 }
 
-fn outlasts_every_phase<M: Model>(interface: Interface) {
+fn check_every_phase<M: Model>(interface: Interface) {
     let described = || describe::<M>(&resources()).unwrap();
     let mut instance = Instance::<M>::made_for(interface, described());
-    let survives = |instance: &Instance<M>| {
+    let round_trips = |instance: &Instance<M>| {
         let bytes = instance.serialise(&instance.snapshot().unwrap()).unwrap();
         let mut other = Instance::<M>::made_for(interface, described());
         other.restore(&other.deserialise(&bytes).unwrap()).unwrap();
         assert_eq!(other.phase(), instance.phase());
         assert_eq!(other.serialise(&other.snapshot().unwrap()).unwrap(), bytes);
     };
-    survives(&instance);
+    round_trips(&instance);
     instance.enter_initialization().unwrap();
-    survives(&instance);
+    round_trips(&instance);
     instance.exit_initialization(&mut Silent).unwrap();
-    survives(&instance);
+    round_trips(&instance);
     instance.terminate().unwrap();
-    survives(&instance);
+    round_trips(&instance);
 }
 
 #[test]
 fn every_phase_round_trips_as_bytes() {
     for interface in [Interface::CoSimulation, Interface::ModelExchange] {
-        outlasts_every_phase::<PlantModel>(interface);
-        outlasts_every_phase::<ClosedLoop>(interface);
+        check_every_phase::<PlantModel>(interface);
+        check_every_phase::<ClosedLoop>(interface);
     }
-    outlasts_every_phase::<Controller>(Interface::CoSimulation);
+    check_every_phase::<Controller>(Interface::CoSimulation);
 }
 
-/// Bytes with a valid checksum but other content are what an attacker or a defect would send.
+/// A state with a valid checksum but the identity of another FMU is refused, and so is a truncated state.
 #[test]
 fn rejects_state_of_another_fmu() {
     let plant = started::<PlantModel>(&resources());

@@ -1,4 +1,4 @@
-//! Steps as importers make them: time never drifts, and the partition of an interval does not matter.
+//! Steps of real importers: the time does not drift, and results do not depend on the partition of an interval.
 
 use crate::case::{described, read, real_of, references, started};
 use crate::example::resources;
@@ -9,21 +9,21 @@ use squid_fmu_controller::Controller;
 use squid_fmu_loop::ClosedLoop;
 use squid_fmu_plant::PlantModel;
 
-/// Sizes of steps that importers were seen to send for 0.01 s.
+/// Step sizes observed from importers for 0.01 s.
 const NEARLY_A_HUNDREDTH: [f64; 4] = [0.01, 0.00999999999999934, 0.010000000000000009, 0.009999999999999787];
 
 fn outputs<M: Model>(instance: &mut Instance<M>) -> Vec<f64> {
     read(instance, &references(&real_of(&described::<M>(), Causality::Output)))
 }
 
-/// Offsets an input from its start value, so that something moves.
+/// Offsets an input from its start value, to cause motion.
 fn disturb<M: Model>(instance: &mut Instance<M>, name: &str, by: f64) {
     let reference = instance.table().reference(name).unwrap();
     let start = read(instance, &[reference])[0];
     instance.set(&[reference], |_| start + by).unwrap();
 }
 
-/// Returns outputs after ten seconds of steps computed in the importer's own way.
+/// Returns outputs after ten seconds of steps at the times computed by the importer.
 fn flown<M: Model>(disturbed: &str, next: impl Fn(usize, f64) -> Option<(f64, f64)>) -> (f64, Vec<f64>) {
     let mut instance = started::<M>(Interface::CoSimulation);
     disturb(&mut instance, disturbed, 0.05);
@@ -35,7 +35,7 @@ fn flown<M: Model>(disturbed: &str, next: impl Fn(usize, f64) -> Option<(f64, f6
     (instance.time(), outputs(&mut instance))
 }
 
-fn cut_does_not_matter<M: Model>(disturbed: &str, tolerance: f64) {
+fn partition_has_no_effect<M: Model>(disturbed: &str, tolerance: f64) {
     const END: f64 = 10.0;
     let cut = |size: f64| {
         flown::<M>(disturbed, move |_, now| (now < END - 1e-9).then(|| (now, size.min(END - now))))
@@ -68,15 +68,15 @@ fn cut_does_not_matter<M: Model>(disturbed: &str, tolerance: f64) {
 
 #[test]
 fn plant_does_not_depend_on_step_sizes() {
-    cut_does_not_matter::<PlantModel>("lower", 1e-9);
+    partition_has_no_effect::<PlantModel>("lower", 1e-9);
 }
 
 #[test]
 fn loop_does_not_depend_on_step_sizes() {
-    cut_does_not_matter::<ClosedLoop>("current_vertical", 1e-9);
+    partition_has_no_effect::<ClosedLoop>("current_vertical", 1e-9);
 }
 
-/// A current set at a tick acts in this tick, on whichever side of it the importer's time lies by rounding.
+/// A current set at a tick acts in this tick, regardless of the rounding of the importer's time.
 #[test]
 fn tick_uses_inputs_set_at_its_time() {
     let flown = |size: f64, summed: bool| {
@@ -125,7 +125,7 @@ fn outputs_under<M: Model>(settings: &[Setting], pieces: usize, summed: bool) ->
     outputs(&mut instance)
 }
 
-fn settings_act_alike<M: Model>(settings: &[Setting]) {
+fn check_settings<M: Model>(settings: &[Setting]) {
     let expected = outputs_under::<M>(settings, 1, false);
     for (pieces, summed) in [(1, true), (2, true), (3, false), (7, true), (10, false)] {
         for (one, other) in outputs_under::<M>(settings, pieces, summed).into_iter().zip(&expected) {
@@ -138,20 +138,20 @@ fn settings_act_alike<M: Model>(settings: &[Setting]) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(16))]
 
-    /// Neither the partition of the time between settings nor the importer's way of computing time matters.
+    /// Neither the partition of the time between settings nor the importer's computation of time has an effect.
     #[test]
-    fn inputs_act_alike_for_any_steps(
+    fn inputs_have_the_same_effect_for_any_steps(
         settings in prop::collection::vec((0usize..290, any::<usize>(), -0.3..0.3), 1..6),
     ) {
-        settings_act_alike::<PlantModel>(&settings);
-        settings_act_alike::<Controller>(&settings);
-        settings_act_alike::<ClosedLoop>(&settings);
+        check_settings::<PlantModel>(&settings);
+        check_settings::<Controller>(&settings);
+        check_settings::<ClosedLoop>(&settings);
     }
 }
 
-/// A clock that counts from 1970 loses nanoseconds to rounding, but no step.
+/// A clock that counts from 1970 loses nanoseconds by rounding, but wrong steps are still detected.
 #[test]
-fn large_times_hide_no_wrong_step() {
+fn wrong_steps_are_detected_at_large_times() {
     const START: f64 = 1_763_400_000.0;
     let mut plant = Instance::new(describe::<PlantModel>(&resources()).unwrap());
     plant.set_up(Experiment { start: START, ..Experiment::default() }).unwrap();
@@ -167,10 +167,10 @@ fn large_times_hide_no_wrong_step() {
     assert_eq!(plant.time(), START + 1.0);
 }
 
-/// The number of ticks equals the number of sample times, however the steps are divided.
+/// The number of ticks equals the number of sample times, for any partition into steps.
 #[test]
 fn controller_ticks_do_not_depend_on_step_sizes() {
-    cut_does_not_matter::<Controller>("pitch_reference", 1e-12);
+    partition_has_no_effect::<Controller>("pitch_reference", 1e-12);
 }
 
 #[test]
@@ -182,24 +182,24 @@ fn million_tiny_steps_do_not_drift() {
     }
     assert!((instance.time() - 1.0).abs() < 1e-12, "{}", instance.time());
     assert_eq!(instance.model().axes()[0].autopilot().ticks(), 50);
-    let mut whole = started::<Controller>(Interface::CoSimulation);
-    disturb(&mut whole, "pitch_reference", 0.05);
-    whole.step(0.0, 1.0, &mut Silent).unwrap();
-    assert_eq!(outputs(&mut whole), outputs(&mut instance));
+    let mut single = started::<Controller>(Interface::CoSimulation);
+    disturb(&mut single, "pitch_reference", 0.05);
+    single.step(0.0, 1.0, &mut Silent).unwrap();
+    assert_eq!(outputs(&mut single), outputs(&mut instance));
 }
 
 #[test]
 fn microsecond_steps_equal_long_steps() {
-    let (mut tiny, mut whole) =
+    let (mut tiny, mut single) =
         (started::<PlantModel>(Interface::CoSimulation), started(Interface::CoSimulation));
-    for plant in [&mut tiny, &mut whole] {
+    for plant in [&mut tiny, &mut single] {
         disturb(plant, "lower", 5.0);
     }
     for k in 0..20_000 {
         tiny.step(f64::from(k) * 1e-6, 1e-6, &mut Silent).unwrap();
     }
-    whole.step(0.0, 0.02, &mut Silent).unwrap();
-    for (one, other) in outputs(&mut tiny).into_iter().zip(outputs(&mut whole)) {
+    single.step(0.0, 0.02, &mut Silent).unwrap();
+    for (one, other) in outputs(&mut tiny).into_iter().zip(outputs(&mut single)) {
         assert!((one - other).abs() < 1e-9 * (1.0 + other.abs()), "{one} and {other}");
     }
 }

@@ -56,7 +56,7 @@ fn derivatives_agree<M: Model>(case: Case, interface: Interface, prepare: fn(&mu
     instance.exit_initialization(&mut Silent).unwrap();
     knowns.extend(instance.table().states());
     let lists = [structure.outputs, structure.derivatives].concat();
-    // At the start a tick is due, in which the inputs of the controller act; they act in the following step.
+    // A tick is due at the start; the inputs of the controller act in that tick, during the following step.
     if M::MODEL_EXCHANGE {
         holds(&mut instance, &named(&description, &lists), &knowns);
     }
@@ -83,8 +83,8 @@ fn derivatives_vanish_where_no_dependency_is_listed() {
     }
 }
 
-/// An output that is read after an input was set has moved as its derivative says, which is zero without a dependency.
-fn values_move_as_listed<M: Model>(case: Case, at_least: usize) {
+/// Outputs read after setting an input change according to their derivatives, which are zero without a dependency.
+fn check_read_values<M: Model>(case: Case, at_least: usize) {
     let description = case.describe::<M>().description;
     let list = named(&description, &description.structure().outputs);
     let unknowns: Vec<u32> = list.iter().map(|(unknown, _)| *unknown).collect();
@@ -118,9 +118,9 @@ fn values_move_as_listed<M: Model>(case: Case, at_least: usize) {
 #[test]
 fn read_values_depend_on_listed_inputs_only() {
     for case in CASES {
-        values_move_as_listed::<PlantModel>(case, 6);
-        values_move_as_listed::<ClosedLoop>(case, 6);
-        values_move_as_listed::<Controller>(case, 0);
+        check_read_values::<PlantModel>(case, 6);
+        check_read_values::<ClosedLoop>(case, 6);
+        check_read_values::<Controller>(case, 0);
     }
 }
 
@@ -137,7 +137,7 @@ fn first_values<M: Model>(case: Case, unknowns: &[u32], changed: Option<(u32, f6
 
 /// An initial value depends on the parameters listed for it, and on no others; derivatives with respect to parameters
 /// are refused.
-fn parameters_act_as_listed<M: Model>(case: Case, at_least: usize) {
+fn check_initial_values<M: Model>(case: Case, at_least: usize) {
     let description = case.describe::<M>().description;
     let list = named(&description, &description.structure().initial_unknowns);
     let unknowns: Vec<u32> = list.iter().map(|(unknown, _)| *unknown).collect();
@@ -170,8 +170,8 @@ fn parameters_act_as_listed<M: Model>(case: Case, at_least: usize) {
 #[test]
 fn initial_values_depend_on_listed_parameters_only() {
     for case in CASES {
-        parameters_act_as_listed::<PlantModel>(case, 20);
-        parameters_act_as_listed::<ClosedLoop>(case, 20);
+        check_initial_values::<PlantModel>(case, 20);
+        check_initial_values::<ClosedLoop>(case, 20);
     }
 }
 
@@ -203,7 +203,7 @@ fn actuator_without_lag_outputs_its_command() {
     check_output_is_command(Interface::ModelExchange);
 }
 
-/// In the loop this output is the command of the first tick from the start.
+/// The output of such an actuator in the loop is the command of the first tick from the start.
 #[test]
 fn loop_actuator_without_lag_outputs_first_command() {
     for interface in [Interface::CoSimulation, Interface::ModelExchange] {

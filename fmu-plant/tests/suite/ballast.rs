@@ -18,9 +18,9 @@ fn set_all(flight: &mut Flight<PlantModel>, values: &[(&str, f64)]) -> Option<St
     refused.map(|refused| refused.to_string())
 }
 
-/// Dropping a weight leaves velocities and position as they are; it changes their derivatives only.
+/// Dropping a weight changes the derivatives of velocities and position, but not their values.
 #[test]
-fn dropped_weight_leaves_velocity_and_position() {
+fn dropped_weight_keeps_velocity_and_position() {
     for files in [squid(), remus100()] {
         let mut flight = start(&files, &[]);
         flight.set("current_vertical", 0.05);
@@ -48,7 +48,7 @@ fn z_g(files: &Resources) -> f64 {
     vehicle_of(files).coefficients.z_G
 }
 
-/// A weight changed in flight gives the same accelerations as a vehicle with that mass from the start.
+/// Changing the weight in flight gives the same accelerations as that mass from the start.
 #[test]
 fn weight_change_equals_vehicle_of_that_mass() {
     let rates = ["der(surge_over_ground)", "der(heave_over_ground)", "der(pitch_rate)"];
@@ -77,7 +77,7 @@ fn weight_change_equals_vehicle_of_that_mass() {
         let (one, other) = (dropped.get(name), light.get(name));
         assert!((one - other).abs() < 1e-14 + 1e-13 * other.abs(), "{name}: {one} and {other}");
     }
-    // Refused in continuous-time mode, where nothing may jump.
+    // Continuous-time mode allows no discontinuities.
     let weight = dropped.reference("weight");
     let refused = dropped.instance.set(&[weight], |_| 600.0).unwrap_err().to_string();
     assert_eq!(refused, "variable 'weight' may not be set in state 'continuous-time mode'");
@@ -162,7 +162,7 @@ fn rejects_invalid_ballast_and_continues() {
     assert_eq!(outputs(&mut flight), outputs(&mut plain));
 }
 
-/// The LPV model was made with the coefficients of the file, and cannot follow a change.
+/// The LPV model depends on the coefficients of the file, and cannot represent a change.
 #[test]
 fn lpv_model_rejects_ballast_change() {
     let mut flight = start(&squid(), &[("fidelity", 2.0), ("buoyancy", 660.0)]);

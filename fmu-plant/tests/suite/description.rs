@@ -7,7 +7,7 @@ use squid_fmi2::model_description::{Causality, Kind, ScalarVariable, Variability
 use squid_fmu_plant::{LPV_RESOURCE, VEHICLE_RESOURCE, describe};
 
 #[test]
-fn describes_itself_from_the_files() {
+fn description_follows_from_the_files() {
     let described = describe(&squid()).unwrap();
     assert_eq!(described.description.model_identifier, "squid_plant");
     assert_eq!(described.description.model_name, "squid plant");

@@ -65,8 +65,8 @@ fn commands_act_through_lag_and_limits_from_start() {
     assert_eq!(flight.get("lower"), 500.0, "the command reads back as it was set");
 }
 
-/// The vehicle has inertia: a new current changes the velocity through the water at once, and that over ground only
-/// during a step.
+/// The vehicle has inertia: a new current changes the velocity through the water immediately, and the velocity over
+/// ground only during a step.
 #[test]
 fn new_current_changes_velocity_through_water_only() {
     let mut flight = start(&squid(), &[]);
@@ -125,7 +125,7 @@ fn coefficient_changes_trim_and_motion() {
 }
 
 #[test]
-fn the_lpv_model_follows_the_nonlinear_one_near_trim() {
+fn lpv_model_agrees_with_nonlinear_equations_near_trim() {
     let nudged = |fidelity: f64| {
         let mut flight = prepare(&squid(), &[("fidelity", fidelity), ("initial_speed", 1.75)]);
         flight.set("lower", flight.instance.model().inputs.commands[0] + 0.5);
@@ -248,7 +248,7 @@ fn vehicle_with_stern_planes_flies() {
     assert!(flight.get("pitch") > flight.get("trim_pitch") + 0.02, "planes down by the stern lift the bow");
 }
 
-/// The description of each command states its sign as the vehicle responds.
+/// The description of each command states the sign of the vehicle's response.
 #[test]
 fn description_states_sign_of_command() {
     for (resources, vehicle) in [(squid(), vehicle("squid")), (remus100(), vehicle("remus100"))] {

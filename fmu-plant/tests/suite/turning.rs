@@ -53,7 +53,7 @@ fn six_dof_has_no_variables_of_vertical_plane_only() {
     assert_eq!(inputs.count(), 3 + 3 + 6);
 }
 
-/// Every input acts on the quantity that it is named for: same motion as the vehicle simulated directly.
+/// Every input acts on the quantity of its name: the motion equals that of the vehicle simulated directly.
 #[test]
 fn equals_vehicle_simulated_directly() {
     let vehicle = six_dof("remus100");

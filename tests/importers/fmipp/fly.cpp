@@ -1,5 +1,5 @@
-// Flies a plan by the FMI++ Library: `fly-fmipp PLAN.json`, whose FMUs are the URIs of folders, unpacked.
-// By co-simulation, or by model exchange of one FMU if the plan's `interface` says so.
+// Runs a plan with the FMI++ Library: `fly-fmipp PLAN.json`, whose FMUs are URIs of folders with unpacked FMUs.
+// Uses co-simulation, or model exchange of one FMU if the plan's `interface` requires it.
 
 #include "import/base/include/FMUCoSimulation_v2.h"
 #include "import/base/include/FMUModelExchange_v2.h"
@@ -41,7 +41,7 @@ void check(fmippStatus status, const std::string &what) {
     }
 }
 
-// `slave.variable` in its two parts.
+// Splits `slave.variable` into its two parts.
 std::pair<std::string, std::string> parts(const std::string &path) {
     const auto dot = path.find('.');
     return {path.substr(0, dot), path.substr(dot + 1)};
@@ -58,7 +58,7 @@ Plan plan_of(const ptree &tree) {
     return plan;
 }
 
-// The record: a line of names, then a line for each time.
+// Writer of the record: a line of names, then a line per time.
 class Record {
   public:
     Record(const std::string &path, const Plan &plan) : file_(path), names_(plan.record) {
@@ -141,7 +141,7 @@ void co_simulate(const ptree &tree, const Plan &plan, Record &record) {
     for (const auto &[path, value] : tree.get_child("values")) {
         slaves.set(path, value.get_value<double>());
     }
-    // FMI++ passes through the initialization at once: who comes first tells the others how it starts.
+    // FMI++ initialises each slave in one call: earlier slaves provide the start values of later ones.
     for (const auto &[name, uri] : tree.get_child("fmus")) {
         slaves.initialize(name);
         for (const auto &[source, sink] : plan.connections) {
@@ -159,7 +159,7 @@ void co_simulate(const ptree &tree, const Plan &plan, Record &record) {
     }
 }
 
-// By the method of Dormand and Prince with step control, which stops at every event.
+// Integrates by the Dormand-Prince method with step-size control, and stops at every event.
 void exchange_model(const ptree &tree, const Plan &plan, Record &record) {
     const auto &[name, uri] = tree.get_child("fmus").front();
     Model model(uri.data(), tree.get_child("identifiers").get<std::string>(name), fmippTrue, fmippFalse,

@@ -1,8 +1,8 @@
 //! Anti-windup: the gain that feeds the saturated part of the commands back into the controller's states.
 //!
-//! One gain for the entire range is computed from the loops at some frozen speeds by [`squid_lpv::anti_windup`], with the
-//! lags and the delay of the design. It acts only beyond the limits. For what the certificate proves, and when another
-//! gain replaces it, see [`crate::certify::limits`].
+//! One gain for the entire range is computed from the loops at several frozen speeds by
+//! [`squid_lpv::anti_windup`], with the lags and the delay of the design. It acts only beyond the limits. The proof in
+//! the certificate, and the case in which another gain replaces it, are described in [`crate::certify::limits`].
 
 use crate::axis::{Linearisation, VehicleModel};
 use crate::check::sampled::Sampling;
@@ -32,7 +32,7 @@ const REGION_FRACTION: f64 = 0.6;
 /// Singular values below this part of the largest count as zero.
 const RANK: f64 = 1e-12;
 
-/// How much slower than the quickest the recovery may be for a smaller gain, as a fraction of gamma.
+/// Allowed slowdown of the recovery relative to the quickest for a smaller gain, as a fraction of gamma.
 const SLACKS: [f64; 2] = [0.02, 0.005];
 
 /// Gains for a controller, n x m, in units of the actuators' reach, the smallest first: with the others the recovery is

@@ -1,17 +1,17 @@
 /* The autopilot of a tick: measurements and references in, limited commands out.
  *
- *   look at the sensors   which are believed; without one that nothing replaces the commands go to the safe ones
- *   references            within range and rate at V_r; they yield while what steers is at its limit, and return
- *   V_r                   the reference of the speed, filtered
- *   y                     references and measurements as deviations from level flight at V_r, by their scales
- *   rho                   the measured speed on the scale from -1 to 1 of the scheduled speeds
+ *   monitor the sensors   trust or reject each; without one that nothing replaces, ramp the commands to the safe ones
+ *   references            limited in range and rate at V_r; they yield while a steering actuator is at its limit
+ *   V_r                   the filtered speed reference
+ *   y                     references and measurements as deviations from level flight at V_r, divided by their scales
+ *   rho                   the measured speed, mapped from the scheduled range to -1 .. 1
  *   u = K(rho) y          w = rho z,  z = Ct x + Dty y + Dtt w,  u = Cu x + Duy y + Dut w,  x' = A x + By y + Bt w
  *   command               trim at V_r + scale u, within the limits; x' += E excess, the anti-windup
  *
- * All is in SI units and radians; times of sensors and actuators are in ticks. The order of the operations is that of
- * the controller's FMU, and so are the results to the last bit, if the compiler keeps to IEEE 754: -ffp-contract=off,
- * and no -ffast-math. Every loop runs a fixed number of times, nothing is allocated, and no function calls itself.
- * A literal is a float that a double holds exactly, too: the text is the same for both. */
+ * Units are SI and radians; times of sensors and actuators are in ticks. The order of operations is that of the
+ * controller's FMU, and the results are identical to the last bit if the compiler conforms to IEEE 754:
+ * -ffp-contract=off, and no -ffast-math. Loops run a fixed number of times; no allocation, no recursion.
+ * Every literal is a float that is exact in a double, too: the text is the same for both types. */
 
 #include "autopilot.h"
 
@@ -25,7 +25,7 @@
 #if FLT_EVAL_METHOD != 0
 #error "each operation must round to its own type; on a 32-bit x86 compile with -msse2 -mfpmath=sse"
 #endif
-/* A product and a sum are not to be fused into one rounding. */
+/* Fused multiply-add is disabled: product and sum are rounded separately. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("fp-contract=off")
 #else
@@ -34,75 +34,75 @@
 
 typedef autopilot_real real;
 
-/* Rows of a matrix are summed so many at a time. */
+/* Number of matrix rows summed at a time. */
 #define HEIGHT 4
 #define PANELS(rows) (((rows) + HEIGHT - 1) / HEIGHT)
 
 /* C has no arrays of length 0. */
 #define LENGTH(count) ((count) > 0 ? (count) : 1)
 
-/* The place of what there is not. */
+/* Index of a missing item. */
 #define NONE (-1)
 
-/* An input of the controller: y = (plus - minus)/scale, the places of two of the values of a tick. */
+/* An input of the controller: y = (plus - minus)/scale, with the indices of two values of a tick. */
 typedef struct {
     uint8_t plus, minus;
     real scale;
 } controller_input;
 
-/* What of a reference is limited: itself, and its rate per second. */
+/* Limited quantities of a reference: its value, and its rate per second. */
 enum { RANGE, RATE };
 
 /* A reference. */
 typedef struct {
-    int8_t measured;            /* the place of the measurement of its signal, or NONE */
-    uint8_t is_circular;        /* an angle that comes back to itself after a turn */
-    uint8_t begins_as_measured; /* at a reset it is where the vehicle is */
+    int8_t measured;            /* index of the measurement of its signal, or NONE */
+    uint8_t is_circular;        /* an angle with a period of one turn */
+    uint8_t begins_as_measured; /* equals the measurement at a reset */
     uint8_t is_limited[2];      /* RANGE, RATE */
-    uint16_t steered_by;        /* the bits of the actuators at whose limits it yields */
-    real lag;                   /* s by which the vehicle lags behind a steady reference */
-    real negligible;            /* a difference that counts as none */
-    real limit[2][2];           /* RANGE, RATE: least and most */
-    const real *column[2][2];   /* the same over speed, beside the columns of the trim table; NULL: as above */
+    uint16_t steered_by;        /* bits of the actuators at whose limits it yields */
+    real lag;                   /* s, lag of the vehicle behind a steady reference */
+    real negligible;            /* a difference regarded as zero */
+    real limit[2][2];           /* RANGE, RATE: lower and upper */
+    const real *column[2][2];   /* the same over speed, at the rows of the trim table; NULL: constant */
 } reference;
 
-/* What the rate of a measured signal follows from: nothing, a measurement that is the rate, pitch and speed along the
- * path, or the commands. */
+/* Source of the rate of a measured signal: none, a measurement of the rate, pitch and speed along the path, or the
+ * commands. */
 enum { BY_NOTHING, BY_RATE, BY_PATH, BY_FORCE };
 
-/* What is flown without a sensor: the safe commands, the speed at its reference, or what follows from its source. */
+/* Substitute for a lost sensor: the safe commands, the speed at its reference, or the estimate from its source. */
 enum { SAFE_COMMANDS, OPEN_LOOP, RECKONED };
 
-/* A measurement, and how its sensor moves. */
+/* A measurement, and the dynamics of its sensor. */
 typedef struct {
-    int8_t reference;       /* the place of the reference of its signal, or NONE */
-    uint8_t is_circular;    /* an angle that comes back to itself after a turn */
-    uint8_t source;         /* of its rate */
-    int8_t other;           /* BY_RATE, BY_PATH: the place of the measured rate, or of the measured pitch */
-    int8_t pitch_trim;      /* BY_PATH: the place of the pitch in the trim table */
-    uint8_t without;        /* what is flown */
-    const real *gains;      /* BY_FORCE: of each command, per second */
+    int8_t reference;       /* index of the reference of its signal, or NONE */
+    uint8_t is_circular;    /* an angle with a period of one turn */
+    uint8_t source;         /* source of its rate */
+    int8_t other;           /* BY_RATE, BY_PATH: index of the measured rate, or of the measured pitch */
+    int8_t pitch_trim;      /* BY_PATH: column of the pitch in the trim table */
+    uint8_t without;        /* substitute if lost */
+    const real *gains;      /* BY_FORCE: gain of each command, per second */
     real time;              /* BY_FORCE: the time constant, s */
-    real error;             /* the largest change between two values for noise */
-    real rate;              /* the largest of the vehicle, per second */
-    real drift;             /* the largest rate at which it leaves what is reckoned, per second */
-    real resolution;        /* its steps, 0 if its noise hides them */
-    real least, most;       /* what it can say */
-    real oldest;            /* s: a value that is older is lost */
-    uint32_t slowest;       /* ticks: a value that is the same for longer is that of a vehicle at rest */
-    uint32_t stale;         /* ticks: a value that is the same for so long may be stuck */
+    real error;             /* largest change between two values due to noise */
+    real rate;              /* largest rate of the vehicle, per second */
+    real drift;             /* largest rate of divergence from the estimate, per second */
+    real resolution;        /* quantisation step, 0 if hidden by noise */
+    real least, most;       /* range of the sensor */
+    real oldest;            /* s: older values are lost */
+    uint32_t slowest;       /* ticks: a value constant for longer is that of a vehicle at rest */
+    uint32_t stale;         /* ticks: a value constant for this long may be stuck */
 } measurement;
 
-/* How an actuator takes its command: as it is, through a square law, or through points. */
+/* Conversion from thrust to command: none, a square law, or interpolation between points. */
 typedef struct {
     real square;             /* thrust = square command |command|; 0: none */
     const real (*points)[2]; /* (command, thrust), both increasing; NULL: none */
     int count;
-    real at_rest;            /* what it takes for no thrust */
+    real at_rest;            /* command for zero thrust */
 } curve;
 
-/* The values of a tick: measurements, references as they are used, level flight at V_r (commands, then signals), V_r,
- * the values measured at the reset, and numbers. */
+/* The values of a tick: measurements, references used, level flight at V_r (commands, then signals), V_r, the values
+ * measured at the reset, and constants. */
 #define USED MEASUREMENTS
 #define TRIMMED (USED + REFERENCES)
 #define FILTERED_SPEED (TRIMMED + COMMANDS + TRIMS)
@@ -113,16 +113,16 @@ typedef struct {
 /* The numbers of this autopilot:
  *
  *   INTO_LOOP, LOOP, OUTPUT, UPDATE   [Ct Dty], Dtt, [Cu Duy Dut] and [A By Bt]; all but Dtt in panels of four rows
- *   ANTI_WINDUP, FOLLOW               E, and F at values of rho from -1 to 1, one below the other
+ *   ANTI_WINDUP, FOLLOW               E, and F at values of rho from -1 to 1, stacked by rows
  *   FORWARD_SPEED, PATH_SPEED, TRIM   m/s in body axes and along the path, and level flight there: commands, signals
  *   CENTRE, HALF_RANGE                m/s along the path: rho = (V - CENTRE)/HALF_RANGE
- *   LEVEL, FIRST                      inputs in level flight at rho = 0, and what each can be at a reset
- *   SCALE, MINIMUM, MAXIMUM           of each command: where u = 1, and its limits
- *   PUSHES                            force along the hull per command, of a thruster that does not steer
- *   OPENING, OPEN_TICKS               by how much its range opens in a tick after following, and for how long
- *   LARGEST_APPLIED, SAFE             what it cannot have got, and what is safe
- *   YIELDING, FADE, FADE_STEP         of references, in a tick; FADE_TIME in s
- *   FILTER, RETURNING                 part of the way of V_r to the reference, and of a lost speed to V_r, in a tick
+ *   LEVEL, FIRST                      inputs in level flight at rho = 0, and the range of each at a reset
+ *   SCALE, MINIMUM, MAXIMUM           of each command: its value at u = 1, and its limits
+ *   PUSHES                            axial force per command, of a thruster that does not steer
+ *   OPENING, OPEN_TICKS               increase of its range per tick after following, and its duration
+ *   LARGEST_APPLIED, SAFE             bound on applied commands, and the safe commands
+ *   YIELDING, FADE, FADE_STEP         of references, per tick; FADE_TIME in s
+ *   FILTER, RETURNING                 fraction of the way of V_r to the reference, and of a lost speed to V_r, per tick
  *   TICK, TURN                        s, rad */
 #include "tables.h"
 
@@ -134,25 +134,25 @@ typedef struct {
 #define TAKEN (MEASUREMENTS + REFERENCES)
 #define INPUT_MEMBERS (TAKEN + (FAILSAFE ? MEASUREMENTS : 0))
 
-/* The bits of the status of the first actuator at its limit, and of the first sensor that is lost. */
+/* Status bits for the first actuator at its limit, and for the loss of the first sensor. */
 #define SATURATED_FIRST 0x10000u
 #define LOST_FIRST 0x10u
 
-/* A place in the trim table: part of the way from a row to the next. */
+/* A position in the trim table: a row and the fraction of the interval to the next. */
 typedef struct {
     int row;
     real part;
 } place;
 
-/* What one tick computes. */
+/* Results of one tick. */
 typedef struct {
     real signals[STATES + INPUTS + CHANNELS]; /* x, y, w */
     real value[VALUES];                       /* see above */
-    real target[LENGTH(REFERENCES)];          /* what is asked of each reference, within its range */
+    real target[LENGTH(REFERENCES)];          /* each reference, within its range */
     real commands[HEIGHT * PANELS(COMMANDS)];
-    real excess[COMMANDS]; /* what the limits cut off of u */
+    real excess[COMMANDS]; /* u minus the limited u */
     real rho;
-    unsigned held; /* the bits of actuators for which references yield */
+    unsigned held; /* bits of the actuators for which references yield */
     unsigned status;
 } tick;
 
@@ -196,7 +196,7 @@ static void add(const real (*m)[COMMANDS], const real *v, real *x)
     }
 }
 
-/* Of an angle that comes back to itself, the one nearest to another. */
+/* Returns the equivalent of a circular angle that is nearest to another angle. */
 static real nearest(int is_circular, real value, real to)
 {
     if (!CIRCULAR_SIGNALS || !is_circular) return value;
@@ -205,10 +205,10 @@ static real nearest(int is_circular, real value, real to)
     return value - TURN * (real)(long)(turns < 0.0f ? turns - 0.5f : turns + 0.5f);
 }
 
-/* The place of a forward speed: beyond the table its part is below 0 or above 1. */
+/* Finds a forward speed in the table: beyond the table the fraction is below 0 or above 1. */
 static place find(real forward_speed)
 {
-    int row = 0; /* the last, but one, whose speed is not above this one */
+    int row = 0; /* the last but one whose speed is not above this one */
     for (int stride = FIRST_STRIDE; stride > 0; stride /= 2) {
         const int next = row + stride;
         if (next < ROWS - 1 && FORWARD_SPEED[next] <= forward_speed) row = next;
@@ -217,7 +217,7 @@ static place find(real forward_speed)
     return (place){row, (forward_speed - low) / (high - low)};
 }
 
-/* The place of a forward speed in the table, whose ends hold beyond. */
+/* Finds a forward speed in the table, clamped to its ends. */
 static place find_within(real forward_speed)
 {
     place at = find(forward_speed);
@@ -225,7 +225,7 @@ static place find_within(real forward_speed)
     return at;
 }
 
-/* A column of the trim table. */
+/* Interpolates a column of the trim table. */
 static real trim_at(place at, int column)
 {
     return between(TRIM[at.row][column], TRIM[at.row + 1][column], at.part);
@@ -233,7 +233,7 @@ static real trim_at(place at, int column)
 
 /* ---- References ---- */
 
-/* A limit of a reference; exact where the numbers of two rows are the same. */
+/* Interpolates a limit of a reference; exact between two equal rows. */
 static real limit_at(const reference *of, int what, int end, place at)
 {
     const real *const column = of->column[what][end];
@@ -241,15 +241,15 @@ static real limit_at(const reference *of, int what, int end, place at)
     return column[at.row] + at.part * (column[at.row + 1] - column[at.row]);
 }
 
-/* A reference within its range, or its rate within that of it. */
+/* Clamps a reference to its range, or its rate to the limits of the rate. */
 static real within(const reference *of, int what, place at, real value)
 {
     if (of->is_limited[what] == 0u) return value;
     return clamp(value, limit_at(of, what, 0, at), limit_at(of, what, 1, at));
 }
 
-/* The bits of the actuators that have been at their limits for so long that the references of what they steer yield.
- * The state counts twice the ticks, and 1 while it is. */
+/* Returns the bits of the actuators at their limits for so long that the references of the signals they steer yield.
+ * The state holds twice the number of ticks, plus 1 while at the limit. */
 static unsigned held(const autopilot_state *state)
 {
     unsigned bits = 0u;
@@ -258,7 +258,7 @@ static unsigned held(const autopilot_state *state)
     return bits;
 }
 
-/* Counts a tick of each actuator. */
+/* Counts the ticks of each actuator at its limit. */
 static void count_held(autopilot_state *state, const real *excess)
 {
     for (int j = 0; j < COMMANDS; j++) {
@@ -272,7 +272,7 @@ static void count_held(autopilot_state *state, const real *excess)
     }
 }
 
-/* Sets a reference for a tick, or for a reset: what is asked, on the way there, within its range and rate at V_r. */
+/* Sets a reference for a tick or a reset: the input, or its transition to it, within its range and rate at V_r. */
 static void refer(int r, const autopilot_state *state, const real *in, int is_reset, place at, tick *t)
 {
     const reference *const of = &REFERENCE[r];
@@ -294,7 +294,7 @@ static void refer(int r, const autopilot_state *state, const real *in, int is_re
     t->value[USED + r] = used;
 }
 
-/* Moves a reference on by a tick on its way from a start to a target, through two lags of FADE_TIME. */
+/* Advances the transition of a reference from start to target by a tick, through two lags of FADE_TIME. */
 static void fade(autopilot_transition *of, real target, real negligible)
 {
     if (of->share == 0.0f) return;
@@ -305,7 +305,7 @@ static void fade(autopilot_transition *of, real target, real negligible)
     if (magnitude(left) <= negligible && magnitude(moves) <= negligible) of->share = 0.0f;
 }
 
-/* What V_r follows: the reference of the speed, or the measured speed where that is imposed. */
+/* Returns the input of the filter of V_r: the speed reference, or the measured speed if it is imposed. */
 static real wanted_speed(const real *in, const real *used)
 {
     return SPEED_REFERENCE == NONE ? in[SPEED] : used[SPEED_REFERENCE == NONE ? 0 : SPEED_REFERENCE];
@@ -314,7 +314,7 @@ static real wanted_speed(const real *in, const real *used)
 /* ---- Commands ---- */
 
 #if CHANNELS > 0
-/* The part of row i of (I - theta T) z = b that is known, T quasi-triangular; the latest entry of z is added last. */
+/* Sums the known terms of row i of (I - theta T) z = b, T quasi-triangular; the latest entry of z is added last. */
 static real known(int i, int first, real theta, const real *z)
 {
     real sum = -0.0f;
@@ -322,7 +322,7 @@ static real known(int i, int first, real theta, const real *z)
     return sum * theta;
 }
 
-/* Replaces row i of b by that of z, the rows below being solved; 0 if it is singular to working precision. */
+/* Solves row i for z, given the rows below; returns 0 if it is singular to working precision. */
 static int solve_one(int i, real theta, real *z)
 {
     const real own = theta * LOOP[i][i], d = 1.0f - own;
@@ -332,7 +332,7 @@ static int solve_one(int i, real theta, real *z)
     return 1;
 }
 
-/* The same for the rows i and i + 1, a block of T with two complex eigenvalues. */
+/* Solves the rows i and i + 1, a block of T with two complex eigenvalues. */
 static int solve_two(int i, real theta, real *z)
 {
     const real a = 1.0f - theta * LOOP[i][i], d = 1.0f - theta * LOOP[i + 1][i + 1];
@@ -348,7 +348,7 @@ static int solve_two(int i, real theta, real *z)
 }
 #endif
 
-/* Closes the loop w = theta z of K(rho); 0 if it has no solution. */
+/* Solves the algebraic loop w = theta z of K(rho); returns 0 if it has no solution. */
 static int close_loop(real theta, real *signals)
 {
 #if CHANNELS > 0
@@ -366,8 +366,8 @@ static int close_loop(real theta, real *signals)
     return 1;
 }
 
-/* The speed against which no thruster pushes that does not steer: V_r while one that steers is beyond its limit, or was
- * in the ticks before; else 0. */
+/* Returns the speed that thrusters that do not steer must not oppose: V_r while a steering actuator is beyond its
+ * limit, or was in the preceding ticks; else 0. */
 static real ahead(const autopilot_state *state, const tick *t)
 {
     int any = 0;
@@ -378,7 +378,7 @@ static real ahead(const autopilot_state *state, const tick *t)
     return any ? t->value[FILTERED_SPEED] : 0.0f;
 }
 
-/* Limits command j to those of its actuator, or to no more than in trim against the speed ahead. */
+/* Limits command j to the limits of its actuator and, against the speed ahead, to its value in trim. */
 static real limited(int j, real ahead, real trim, real value)
 {
     const real way = ONE_WAY ? ahead * PUSHES[j] : 0.0f;
@@ -388,13 +388,13 @@ static real limited(int j, real ahead, real trim, real value)
     return clamp(value, low, high);
 }
 
-/* The outputs of a tick, or of a reset; the state stays. */
+/* Computes the outputs of a tick or a reset, without changing the state. */
 static int compute(const autopilot_state *state, const real *in, int is_reset, tick *t)
 {
     for (int i = 0; i < TAKEN; i++)
         if (!is_finite(in[i])) return AUTOPILOT_BAD_INPUT;
 
-    /* The speed first: the limits of the others depend on V_r, its own do not. */
+    /* The speed comes first: the limits of the other references depend on V_r, its own do not. */
     t->status = 0u;
     t->held = STEERS != 0u ? held(state) : 0u;
     if (SPEED_REFERENCE != NONE) refer(SPEED_REFERENCE, state, in, is_reset, (place){0, 0.0f}, t);
@@ -441,7 +441,7 @@ static int compute(const autopilot_state *state, const real *in, int is_reset, t
 
 /* ---- Actuators ---- */
 
-/* What an actuator takes for a thrust; through points, on the line from the last one below it to the next. */
+/* Converts a thrust to the command of an actuator; between points, by linear interpolation from the lower one. */
 static real taken_for(const curve *of, real thrust)
 {
 #if SQUARE_LAWS
@@ -449,7 +449,7 @@ static real taken_for(const curve *of, real thrust)
 #endif
     if (!POINT_CURVES || of->points == NULL) return thrust;
     const real t = clamp(thrust, of->points[0][1], of->points[of->count - 1][1]);
-    int above = 0; /* so many points are */
+    int above = 0; /* number of points below */
     for (int i = 0; i < of->count; i++) above += t > 0.0f ? of->points[i][1] < t : of->points[i][1] <= t;
     if (t == 0.0f) return of->at_rest;
     if (above == 0 || above == of->count) return of->points[above == 0 ? 0 : of->count - 1][0];
@@ -457,25 +457,25 @@ static real taken_for(const curve *of, real thrust)
     return t == q[1] ? q[0] : p[0] + (q[0] - p[0]) * ((t - p[1]) / (q[1] - p[1]));
 }
 
-/* What an actuator gives for what it takes. */
+/* Converts the command of an actuator to its thrust. */
 static real given_for(const curve *of, real taken)
 {
     if (SQUARE_LAWS && of->square > 0.0f) return of->square * taken * magnitude(taken);
     if (!POINT_CURVES || of->points == NULL) return taken;
-    int above = 0; /* the first point that is */
+    int above = 0; /* index of the first point above */
     for (int i = 0; i < of->count; i++) above += of->points[i][0] <= taken;
     if (above == 0 || above == of->count) return of->points[above == 0 ? 0 : of->count - 1][1];
     const real *const p = of->points[above - 1], *const q = of->points[above];
     return taken == q[0] ? q[1] : p[1] + (q[1] - p[1]) * ((taken - p[0]) / (q[0] - p[0]));
 }
 
-/* What the actuators take for commands. */
+/* Converts commands to those of the actuators. */
 static void take(const real *commands, real *taken)
 {
     for (int j = 0; j < COMMANDS; j++) taken[j] = taken_for(&CURVE[j], commands[j]);
 }
 
-/* What the actuators got, within their limits; 0 if it is no number or far beyond them. */
+/* Reads the applied commands, clamped to their limits; returns 0 if one is not finite or far beyond them. */
 static int read(const autopilot_commands *applied, real *got)
 {
     get_applied(applied, got);
@@ -488,7 +488,7 @@ static int read(const autopilot_commands *applied, real *got)
     return 1;
 }
 
-/* Commands come out AUTOPILOT_DELAY_TICKS later than they are computed. */
+/* Delays the commands by AUTOPILOT_DELAY_TICKS. */
 static void delay(autopilot_state *state, real *commands)
 {
 #if AUTOPILOT_DELAY_TICKS > 0
@@ -503,7 +503,7 @@ static void delay(autopilot_state *state, real *commands)
 #endif
 }
 
-/* Until then these come out. */
+/* Fills the delay with the given commands. */
 static void fill_delay(autopilot_state *state, const real *commands)
 {
 #if AUTOPILOT_DELAY_TICKS > 0
@@ -526,10 +526,10 @@ static void put_out(const tick *t, autopilot_outputs *out)
 
 /* ---- Following the commands of others ---- */
 
-/* Brings the state, by F(rho), to where the controller commands less of its excess: x -= F excess. */
+/* Corrects the state by F(rho) to reduce the excess of the commands: x -= F excess. */
 static void correct(autopilot_state *state, const tick *t)
 {
-    if (FOLLOW_GAINS == 0) return; /* not every controller can follow */
+    if (FOLLOW_GAINS == 0) return; /* a controller without gains cannot follow */
     const int last = FOLLOW_GAINS > 1 ? FOLLOW_GAINS - 2 : 0;
     const real along = 0.5f * (t->rho + 1.0f) * (real)(FOLLOW_GAINS - 1);
     const int index = along < (real)last ? (int)along : last;
@@ -543,7 +543,7 @@ static void correct(autopilot_state *state, const tick *t)
     }
 }
 
-/* Cuts off commands beyond the range that is open, and adds to their excess; returns whether any is. */
+/* Limits commands to the open range, and adds the difference to their excess; returns 1 if any is limited. */
 static int cut_off(const autopilot_state *state, tick *t)
 {
     int any = 0;
@@ -558,7 +558,7 @@ static int cut_off(const autopilot_state *state, tick *t)
     return any;
 }
 
-/* The outputs of a tick soon after following: the state follows a command that is cut off. */
+/* Computes the outputs of a tick soon after following: the state follows a limited command. */
 static int compute_opening(autopilot_state *state, const real *in, tick *t)
 {
     int code = compute(state, in, 0, t);
@@ -574,7 +574,7 @@ static int compute_opening(autopilot_state *state, const real *in, tick *t)
     return code;
 }
 
-/* The rate of a measured signal, from the one that it follows from and the speed; 0 if none knows it. */
+/* Returns the rate of a measured signal, from its source and the speed; 0 without a source. */
 static real rate_of(const measurement *of, real other, real speed)
 {
     if (of->source == BY_RATE) return other;
@@ -582,7 +582,7 @@ static real rate_of(const measurement *of, real other, real speed)
     return -(speed * (other - trim_at(find_within(speed), of->pitch_trim)));
 }
 
-/* Sets a reference to where it is when the vehicle lags behind it, from where it goes on with the rate of that. */
+/* Starts a reference ahead of the vehicle by the lag, at the rate of the vehicle. */
 static void begin(int r, autopilot_state *state, const real *in, place at)
 {
     const reference *const of = &REFERENCE[r];
@@ -598,7 +598,7 @@ static void begin(int r, autopilot_state *state, const real *in, place at)
     state->way[r] = (autopilot_transition){state->last[r], rate, 1.0f, 1.0f};
 }
 
-/* Brings the state to where the next tick commands what the actuators got. */
+/* Sets the state so that the next tick outputs the applied commands. */
 static int follow(autopilot_state *state, const real *in, const real *got)
 {
     autopilot_state next = *state;
@@ -627,18 +627,18 @@ static int follow(autopilot_state *state, const real *in, const real *got)
 #if FAILSAFE
 #define NEVER UINT32_MAX
 
-/* Counts a tick; NEVER is before the first. */
+/* Counts a tick; NEVER precedes the first. */
 static uint32_t counted(uint32_t ticks) { return ticks < NEVER - 1u ? ticks + 1u : NEVER - 1u; }
 
 static uint32_t fewer(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
-/* Whether a distance is as small as it can be after some ticks. */
+/* Returns 1 if a distance is possible after some ticks. */
 static int is_near(real distance, real error, real rate, uint32_t ticks)
 {
     return magnitude(distance) <= error + rate * ((real)ticks * TICK);
 }
 
-/* Whether a value that stays the same is that of a stuck sensor. */
+/* Returns 1 if a constant value is that of a stuck sensor. */
 static int is_stuck(const autopilot_watched *one, const measurement *of, uint32_t since)
 {
     const uint32_t ticks = fewer(since, LONGEST_TICKS);
@@ -648,23 +648,23 @@ static int is_stuck(const autopilot_watched *one, const measurement *of, uint32_
            !is_near(one->moved, STEPS * of->resolution, of->drift, ticks);
 }
 
-/* Loses a sensor: what is believed from now on begins here. */
+/* Marks a sensor as lost, and initialises its estimate. */
 static void lose(autopilot_watched *one, const measurement *of, real moved, int is_stuck_now)
 {
     one->lost_for = 1u;
     one->plausible_for = 0u;
     one->wrong_for = is_stuck_now ? REGAINED_TICKS : 0u;
-    if (of->without == RECKONED) one->believed += moved; /* since its value changed last it has been wrong */
+    if (of->without == RECKONED) one->believed += moved; /* its value has been wrong since it last changed */
     if (of->without == OPEN_LOOP) {
-        /* The controller has integrated the noise of a value that did not change. */
+        /* The controller has integrated the noise of a constant value. */
         const real share = (real)fewer(one->same, RETURN_TICKS) / (real)RETURN_TICKS;
         one->believed = one->mean - share * (one->believed - one->mean);
     }
     one->moved = 0.0f;
 }
 
-/* Takes a value of a sensor; `force` is what the commands give, and without a believed rate nothing is `expected` of
- * it. Returns whether it is believed again. */
+/* Judges a value of a sensor; `force` is the effect of the commands, and `expected` is 0 without a trusted rate.
+ * Returns 1 if the sensor is trusted again. */
 static int judge(autopilot_watched *one, const measurement *of, real value, real force, int valid, int expected)
 {
     const int is_first = one->same == NEVER, changed = is_first || value != one->last;
@@ -690,7 +690,7 @@ static int judge(autopilot_watched *one, const measurement *of, real value, real
         return 0;
     }
     one->lost_for = counted(one->lost_for);
-    if (plausible && !expected) { /* nothing contradicts it */
+    if (plausible && !expected) { /* no estimate contradicts the value */
         one->believed = value;
         one->lost_for = 1u;
         one->wrong_for = 0u;
@@ -709,7 +709,7 @@ static int judge(autopilot_watched *one, const measurement *of, real value, real
     return 1;
 }
 
-/* What the commands that came out last give to a signal, per second. */
+/* Returns the effect of the last commands on a signal, per second. */
 static real force_of(const measurement *of, const autopilot_state *state)
 {
     real sum = 0.0f;
@@ -718,13 +718,13 @@ static real force_of(const measurement *of, const autopilot_state *state)
     return sum;
 }
 
-/* Whether something is expected of a sensor: not while the one of its rate is lost. */
+/* Returns 1 if there is an estimate for a sensor: not while the sensor of its rate is lost. */
 static int is_expected(const measurement *of, const autopilot_sensors *all)
 {
     return of->source != BY_RATE || all->watched[of->other].lost_for == 0u;
 }
 
-/* Moves what is expected of a sensor, and what is believed of it if it is lost; `force` is what the commands give. */
+/* Advances the expected change of a sensor, and its estimate if it is lost; `force` is the effect of the commands. */
 static void expect(int m, const autopilot_state *state, real force, autopilot_sensors *all)
 {
     const measurement *const of = &MEASUREMENT[m];
@@ -742,8 +742,8 @@ static void expect(int m, const autopilot_state *state, real force, autopilot_se
         one->believed += RETURNING * (state->filtered_speed - one->believed);
 }
 
-/* Judges the sensors, once a tick, and puts what is believed in the place of what is measured. Returns the bits of
- * those that are lost. */
+/* Judges the sensors, once per tick, and replaces the measurements by the trusted or estimated values. Returns the
+ * bits of lost sensors. */
 static unsigned look(const autopilot_state *state, real *in, autopilot_sensors *all)
 {
     unsigned lost = 0u;
@@ -768,7 +768,7 @@ static unsigned look(const autopilot_state *state, real *in, autopilot_sensors *
         lost |= LOST_FIRST << m;
         if (of->without == SAFE_COMMANDS) lost |= AUTOPILOT_FAILED;
         if (PATH_SOURCES && of->source == BY_PATH && of->reference != NONE) {
-            /* Its reference stays where it is: the target for which it does. */
+            /* Its reference is held: the input is the target that holds it. */
             const autopilot_transition *const way = &state->way[of->reference];
             const real last = state->last[of->reference], left = 1.0f - way->share;
             in[MEASUREMENTS + of->reference] = way->share < 1.0f ? (last - way->share * way->start) / left : last;
@@ -777,7 +777,7 @@ static unsigned look(const autopilot_state *state, real *in, autopilot_sensors *
     return lost;
 }
 
-/* The commands of this tick on the way to the safe ones. */
+/* Computes the commands of this tick on the ramp to the safe ones. */
 static void go_to_safe(autopilot_state *state, autopilot_sensors *all, unsigned lost, autopilot_outputs *out)
 {
     if (all->failed_for == 0u)
@@ -801,9 +801,9 @@ void autopilot_safe(autopilot_commands *out)
 }
 #endif
 
-/* ---- What the header declares ---- */
+/* ---- Functions of the header ---- */
 
-/* Begins a flight at these inputs. */
+/* Initialises a state at the given inputs. */
 static int begin_at(autopilot_state *state, const real *in, autopilot_outputs *out)
 {
     autopilot_state fresh = {0};
@@ -918,7 +918,7 @@ int autopilot_feed_back(autopilot_state *state, const autopilot_commands *applie
     int differs = 0;
     if (!read(applied, got)) return AUTOPILOT_BAD_INPUT;
 #if FAILSAFE
-    for (int m = 0; m < MEASUREMENTS; m++) /* nothing is fed back while the commands go to the safe ones */
+    for (int m = 0; m < MEASUREMENTS; m++) /* no feedback during the ramp to the safe commands */
         if (MEASUREMENT[m].without == SAFE_COMMANDS && state->sensors.watched[m].lost_for > 0u) return AUTOPILOT_OK;
 #endif
     for (int j = 0; j < COMMANDS; j++) {

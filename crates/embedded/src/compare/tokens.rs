@@ -1,18 +1,18 @@
-//! The tokens of C as squid writes it: comments and space between them do not count.
+//! Tokens of the C that squid writes; comments and white space are ignored.
 
 use crate::error::SourceError;
 
-/// A token and the line that it stands in; the end of a line that the preprocessor reads is one, too.
+/// A token and its line number; the end of a preprocessor directive is a token, too.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Token<'a> {
     pub(crate) text: &'a str,
     pub(crate) line: usize,
 }
 
-/// The tokens of a source.
+/// Splits a source into tokens.
 ///
 /// # Errors
-/// [`SourceError::Hides`] for characters by which a compiler could read something else.
+/// Returns [`SourceError::Hides`] for characters that could change what a compiler reads.
 pub(crate) fn tokens(text: &str) -> Result<Vec<Token<'_>>, SourceError> {
     for (index, line) in text.lines().enumerate() {
         if let Some(found) = ["\\", "??", "//"].into_iter().find(|hides| line.contains(hides)) {
@@ -34,7 +34,7 @@ pub(crate) fn tokens(text: &str) -> Result<Vec<Token<'_>>, SourceError> {
     Ok(found)
 }
 
-/// The length in bytes of what begins with a character.
+/// Returns the length in bytes of the token that begins with a character.
 fn length_of(first: char, rest: &str) -> usize {
     let while_ = |goes_on: &dyn Fn(char) -> bool| rest.find(|c| !goes_on(c)).unwrap_or(rest.len());
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn space_and_comments_do_not_count_but_for_the_end_of_a_directive() {
+    fn ignores_space_and_comments_except_the_end_of_a_directive() {
         let plain = "#define A 1\nreal x = -0x1.8p+1f + 1e-3;";
         let other = "# define  A /* one */ 1\n\n  real x=-0x1.8p+1f\n + /* \n */ 1e-3 ;";
         assert_eq!(texts(plain), texts(other));
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn what_hides_is_refused() {
+    fn refuses_characters_that_hide_code() {
         for (text, found) in [("a\nb // c", "//"), ("a\n\\\nb", "\\"), ("a\n??/", "??")] {
             assert_eq!(tokens(text), Err(SourceError::Hides { line: 2, found }));
         }

@@ -1,4 +1,4 @@
-//! Random designs that differ in everything that the source depends on.
+//! Random designs that vary everything that the source depends on.
 
 #[path = "../../../scheduled/tests/example/mod.rs"]
 pub mod example;
@@ -11,7 +11,7 @@ use squid_scheduled::{
 use squid_signals::Curve;
 use std::collections::BTreeMap;
 
-/// Numbers that look random, the same ones for a seed (G. Marsaglia, Xorshift RNGs, 2003).
+/// Pseudo-random numbers from a seed (G. Marsaglia, Xorshift RNGs, 2003).
 pub struct Random(u64);
 
 impl Random {
@@ -43,7 +43,7 @@ impl Random {
     }
 }
 
-/// The inputs of the controller, by errors alone or with measurements; without those of the speed where it is given.
+/// Returns the controller inputs, errors only or with measurements; without a speed reference if the speed is imposed.
 fn inputs(random: &mut Random, errors: bool, speed_given: bool) -> Vec<ControllerInput> {
     use Kind::{Error, Measurement, Reference};
     let all = if errors {
@@ -63,7 +63,7 @@ fn inputs(random: &mut Random, errors: bool, speed_given: bool) -> Vec<Controlle
         all.insert(0, ("depth", Reference));
         all.insert(3, ("depth", Measurement));
     }
-    // One of both alone, too.
+    // Either of the two alone is covered, too.
     if !errors && random.one_of(4) {
         all.retain(|(signal, kind)| *signal != "depth" || *kind == Reference);
     } else if !errors && random.one_of(4) {
@@ -122,9 +122,9 @@ fn trim(random: &mut Random, actuators: usize) -> TrimTable {
     }
 }
 
-/// What the sensors of a design may say.
+/// Returns random limits of the sensors of a design.
 fn failsafe(random: &mut Random, design: &ControllerDesign) -> Failsafe {
-    let sensor = |(place, port): (usize, &Port)| {
+    let sensor = |(index, port): (usize, &Port)| {
         let time = random.between(0.5, 5.0);
         let gains = design.actuators.iter().map(|_| random.between(-0.1, 0.1)).collect();
         let from = match port.name.as_str() {
@@ -139,14 +139,14 @@ fn failsafe(random: &mut Random, design: &ControllerDesign) -> Failsafe {
         let mut number = |most: f64| random.between(0.0, most) * port.nominal;
         let [error, rate, drift] = [2.0 + number(3.0), number(5.0), number(0.5)];
         let sensor = Sensor { error, rate, drift, resolution, period, from };
-        design.measures(place).then(|| (port.name.clone(), sensor))
+        design.measures(index).then(|| (port.name.clone(), sensor))
     };
     let sensors = design.signals.iter().enumerate().filter_map(sensor).collect();
     let safe = design.actuators.iter().map(|one| random.between(one.minimum, one.maximum)).collect();
     Failsafe { stale_after: [0.0, 0.1][random.below(2)], safe, sensors }
 }
 
-/// Limits of some references.
+/// Returns random limits of some references.
 fn envelope(random: &mut Random, rows: usize, speed_given: bool) -> BTreeMap<String, ReferenceLimits> {
     let mut columns = |least: [f64; 2], most: [f64; 2]| {
         [least, most].map(|[low, high]| {
@@ -180,7 +180,7 @@ pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
     let trim = trim(random, m);
     let mut design = ControllerDesign {
         signals,
-        // What would end a comment, or be read as something else.
+        // Characters that would end a comment, or that a compiler would interpret.
         design: "a */ b /* c ??/ \\ @f@".to_owned(),
         controller_inputs,
         delay_ticks: random.below(4),

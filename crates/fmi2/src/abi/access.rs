@@ -20,7 +20,7 @@ unsafe fn get<M: Model, T: Value, C>(
     values: *mut C,
     convert: impl Fn(T) -> C,
 ) -> Outcome<M> {
-    // SAFETY: the caller vouches for the arrays.
+    // SAFETY: the caller guarantees the arrays.
     let (references, values) =
         unsafe { (slice(references, count, "vr")?, slice_mut(values, count, "value")?) };
     let take = |position: usize, value| values[position] = convert(value);
@@ -38,7 +38,7 @@ unsafe fn set<M: Model, T: Value, C: Copy>(
     values: *const C,
     convert: impl Fn(C) -> T,
 ) -> Outcome<M> {
-    // SAFETY: the caller vouches for the arrays.
+    // SAFETY: the caller guarantees the arrays.
     let (references, values) = unsafe { (slice(references, count, "vr")?, slice(values, count, "value")?) };
     Ok(own.instance.set(references, |position| convert(values[position]))?)
 }
@@ -46,7 +46,7 @@ unsafe fn set<M: Model, T: Value, C: Copy>(
 functions! {
     /// `fmi2GetReal`.
     get_real(references: *const u32, count: usize, values: *mut f64) = GetReal, |own| {
-        // SAFETY: the importer vouches for its arrays, here and below.
+        // SAFETY: the importer guarantees its arrays, here and below.
         unsafe { get(own, references, count, values, |value: f64| value) }
     };
     /// `fmi2GetInteger`, also for enumerations.
@@ -59,7 +59,7 @@ functions! {
         // SAFETY: as above.
         unsafe { get(own, references, count, values, |value: bool| c_int::from(value)) }
     };
-    /// `fmi2SetReal`; in model exchange also of states.
+    /// `fmi2SetReal`; in model exchange also for states.
     set_real(references: *const u32, count: usize, values: *const f64) = SetReal, |own| {
         // SAFETY: as above.
         let (references, values) =
@@ -76,7 +76,7 @@ functions! {
         // SAFETY: as above.
         unsafe { set(own, references, count, values, |value: c_int| value != 0) }
     };
-    /// `fmi2GetString`; the texts live until the next call of this function.
+    /// `fmi2GetString`; the strings are valid until the next call of this function.
     get_string(references: *const u32, count: usize, values: *mut *const c_char) = GetString, |own| {
         // SAFETY: as above.
         let (references, values) =
@@ -97,7 +97,7 @@ functions! {
             unsafe { (slice(references, count, "vr")?, slice(values, count, "value")?) };
         let mut texts = Vec::with_capacity(count);
         for &value in values {
-            // SAFETY: the importer vouches for its texts.
+            // SAFETY: the importer guarantees its strings.
             texts.push(unsafe { text(value, "value") }?.to_owned());
         }
         Ok(own.instance.set(references, |position| texts[position].clone())?)

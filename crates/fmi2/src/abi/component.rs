@@ -1,4 +1,4 @@
-//! What a `fmi2Component` points to, and the checks common to all calls.
+//! The object behind a `fmi2Component`, and the checks common to all calls.
 
 use std::any::Any;
 use std::ffi::CString;
@@ -10,18 +10,18 @@ use crate::abi::types::{self, Status};
 use crate::instance::Outcome;
 use crate::{Failure, Function, Instance, Model, Refusal};
 
-/// An instance with its logger, and the texts that the importer may still read.
+/// An instance with its logger and the strings that the importer may still read.
 pub(crate) struct Component<M: Model> {
     pub(crate) instance: Instance<M>,
     pub(crate) logger: Logger,
-    /// Texts of the last `fmi2GetString`.
+    /// Strings of the last `fmi2GetString`.
     pub(crate) strings: Vec<CString>,
     /// Status of the last `fmi2DoStep` that left the instance ready for another one.
     pub(crate) last_step: Status,
 }
 
-/// Runs one call in the default floating-point environment: checks handle and state table, catches panics, logs what
-/// went wrong, returns the status.
+/// Runs one call in the default floating-point environment: checks handle and state table, catches panics, logs errors,
+/// and returns the status.
 ///
 /// # Safety
 /// `component` is NULL or a handle from `fmi2Instantiate::<M>` that was not freed and is in no other call.
@@ -30,7 +30,7 @@ pub(crate) unsafe fn call<M: Model>(
     function: Function,
     body: impl FnOnce(&mut Component<M>) -> Outcome<M>,
 ) -> Status {
-    // SAFETY: the caller vouches for it.
+    // SAFETY: the caller guarantees the handle.
     let Some(component) = (unsafe { component.cast::<Component<M>>().as_mut() }) else {
         return Status::Error;
     };
@@ -68,8 +68,7 @@ fn run<M: Model>(
     }
 }
 
-/// C functions that take an instance and return its status: name, further arguments, row of the state table, and what
-/// the function does.
+/// C functions that take an instance and return its status: name, further arguments, row of the state table, and body.
 macro_rules! functions {
     ($(
         $(#[$about:meta])*
@@ -79,15 +78,15 @@ macro_rules! functions {
             $(#[$about])*
             ///
             /// # Safety
-            /// `component` is NULL or a live handle of this model. Every other pointer is NULL or what the standard
-            /// says: an array of the length given, a text that ends with NUL, a place to write to, or a state of the
+            /// `component` is NULL or a live handle of this model. Every other pointer is NULL or as the standard
+            /// requires: an array of the given length, a NUL-terminated string, writable memory, or a state of the
             /// same model.
             pub unsafe extern "C" fn $name<M: Model>(
                 component: types::Component,
                 $($argument: $type),*
             ) -> Status {
                 let body = |$own: &mut Component<M>| -> Outcome<M> { $body };
-                // SAFETY: the importer vouches for the handle.
+                // SAFETY: the importer guarantees the handle.
                 unsafe { call(component, Function::$function, body) }
             }
         )+
@@ -95,7 +94,7 @@ macro_rules! functions {
 }
 pub(crate) use functions;
 
-/// The text of a panic.
+/// Returns the text of a panic.
 pub(crate) fn panic_text(payload: &(dyn Any + Send)) -> &str {
     let text = payload.downcast_ref::<&str>().copied();
     text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("panic without a text")

@@ -1,7 +1,7 @@
-//! The floating-point environment (C11, section 7.6): every call computes in the default one.
+//! The floating-point environment (C11, section 7.6): every call computes in the default environment.
 //!
 //! An importer may round upwards, trap overflow or division by zero, or flush subnormal numbers. Rust code requires the
-//! default environment, and other rounding would read other numbers from the resources, so that the GUID would differ.
+//! default environment, and a different rounding of numbers in the resources would change the GUID.
 
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 use std::arch::asm;
@@ -13,17 +13,17 @@ pub(crate) fn in_default<T>(work: impl FnOnce() -> T) -> T {
     apart(work)
 }
 
-/// Is not inlined, so that no arithmetic of `work` moves out of the default environment.
+/// Runs `work` without inlining, so that none of its arithmetic moves out of the default environment.
 #[inline(never)]
 fn apart<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// The environment of the importer, which is restored when this is dropped.
+/// The environment of the importer, restored on drop.
 #[cfg(target_arch = "x86_64")]
 struct Importers {
     mxcsr: u32,
-    /// Environment of the x87 unit, where its control word is not the default: some C libraries for Windows compute
+    /// Environment of the x87 unit, if its control word is not the default: some C libraries for Windows compute
     /// with it.
     x87: Option<[u32; 7]>,
 }
@@ -35,7 +35,7 @@ impl Importers {
 
     fn replaced() -> Self {
         let (mut mxcsr, mut control) = (0_u32, 0_u16);
-        // SAFETY: the operands have the sizes that the instructions read and write; the environment that remains is the
+        // SAFETY: the operands have the sizes that the instructions read and write; the resulting environment is the
         // one that Rust requires.
         unsafe {
             asm!("stmxcsr [{}]", in(reg) &raw mut mxcsr, options(nostack));
@@ -68,7 +68,7 @@ impl Drop for Importers {
     }
 }
 
-/// The environment of the importer, which is restored when this is dropped.
+/// The environment of the importer, restored on drop.
 #[cfg(target_arch = "aarch64")]
 struct Importers {
     control: u64,
@@ -100,7 +100,7 @@ impl Drop for Importers {
     }
 }
 
-/// The FMUs are built for the processors above; on others the environment stays as it is.
+/// The environment on processors for which no FMUs are built; it is left unchanged.
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 struct Importers;
 

@@ -13,7 +13,7 @@ functions! {
     enter_event_mode() = EnterEventMode, |own| Ok(own.instance.enter_event_mode()?);
     /// `fmi2NewDiscreteStates`.
     new_discrete_states(info: *mut EventInfo) = NewDiscreteStates, |own| {
-        // SAFETY: the importer vouches for its pointers and arrays, here and below.
+        // SAFETY: the importer guarantees its pointers and arrays, here and below.
         let info = unsafe { place(info, "eventInfo") }?;
         let next = own.instance.new_discrete_states(&mut own.logger)?.next;
         info.write(EventInfo {
@@ -46,7 +46,7 @@ functions! {
         // SAFETY: as above.
         Ok(own.instance.set_continuous_states(unsafe { slice(states, count, "x") }?)?)
     };
-    /// `fmi2GetDerivatives`; `fmi2Discard` where the derivatives are undefined.
+    /// `fmi2GetDerivatives`; `fmi2Discard` if the derivatives are undefined.
     get_derivatives(derivatives: *mut f64, count: usize) = GetDerivatives, |own| {
         // SAFETY: as above.
         let derivatives = unsafe { slice_mut(derivatives, count, "derivatives") }?;

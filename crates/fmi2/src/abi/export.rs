@@ -1,8 +1,8 @@
-//! The macro that gives the generic functions their C names.
+//! The macro that exports the generic functions under their C names.
 
-/// Exports the 44 functions of FMI 2.0 for one model: 34 of co-simulation, and 10 more of model exchange.
+/// Exports the 44 functions of FMI 2.0 for one model: 34 for co-simulation, and 10 more for model exchange.
 ///
-/// Only one crate of a binary may do so, hence a crate of its own for each shared library:
+/// Only one crate of a binary may use it, hence a separate crate for each shared library:
 ///
 /// ```text
 /// squid_fmi2::export!(autopilot::Autopilot);
@@ -91,7 +91,7 @@ macro_rules! export {
                 visible: c_int,
                 logging_on: c_int,
             ) -> Component {
-                // SAFETY: the importer keeps the contract of the C function of this name.
+                // SAFETY: the importer observes the contract of the C function of this name.
                 unsafe {
                     lifecycle::instantiate::<$model>(
                         name, fmu_type, guid, location, functions, visible, logging_on,
@@ -102,14 +102,14 @@ macro_rules! export {
             #[unsafe(no_mangle)]
             #[allow(unsafe_code)]
             unsafe extern "C" fn fmi2FreeInstance(component: Component) {
-                // SAFETY: the importer keeps the contract of the C function of this name.
+                // SAFETY: the importer observes the contract of the C function of this name.
                 unsafe { lifecycle::free_instance::<$model>(component) }
             }
         };
     };
 }
 
-/// The functions that take an instance, then the arguments listed, and return a status.
+/// Exports functions that take an instance and the listed arguments and return a status.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! export_functions {
@@ -118,7 +118,7 @@ macro_rules! export_functions {
             #[unsafe(no_mangle)]
             #[allow(unsafe_code)]
             unsafe extern "C" fn $name(component: Component, $($argument: $type),*) -> Status {
-                // SAFETY: the importer keeps the contract of the C function of this name.
+                // SAFETY: the importer observes the contract of the C function of this name.
                 unsafe { $file::$function::<$model>(component, $($argument),*) }
             }
         )+

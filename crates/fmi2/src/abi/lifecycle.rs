@@ -22,10 +22,10 @@ pub extern "C" fn get_version() -> *const c_char {
     c"2.0".as_ptr()
 }
 
-/// `fmi2Instantiate`: NULL with one logged sentence if anything is wrong.
+/// `fmi2Instantiate`: returns NULL and logs one sentence on any error.
 ///
 /// # Safety
-/// Texts are NULL or NUL-terminated; `functions` is NULL or points to a valid structure.
+/// Strings are NULL or NUL-terminated; `functions` is NULL or points to a valid structure.
 pub unsafe extern "C" fn instantiate<M: Model>(
     instance_name: *const c_char,
     fmu_type: c_int,
@@ -35,14 +35,14 @@ pub unsafe extern "C" fn instantiate<M: Model>(
     _visible: c_int,
     _logging_on: c_int,
 ) -> types::Component {
-    // SAFETY: the importer vouches for its pointers.
+    // SAFETY: the importer guarantees its pointers.
     let (name, guid, callbacks) =
         unsafe { (text(instance_name, "instanceName"), text(fmu_guid, "fmuGUID"), functions.as_ref()) };
     let logger = Logger::new(callbacks, name.as_ref().copied().unwrap_or("(no name)"));
     let location = if fmu_resource_location.is_null() {
         Err(Refusal::NoResourceLocation)
     } else {
-        // SAFETY: not NULL, and the importer vouches for the rest.
+        // SAFETY: not NULL, and the importer guarantees the rest.
         unsafe { text(fmu_resource_location, "fmuResourceLocation") }
     };
     in_default(|| match catch_unwind(AssertUnwindSafe(|| load::<M>(name?, fmu_type, guid?, location?))) {
@@ -95,20 +95,20 @@ pub unsafe extern "C" fn free_instance<M: Model>(component: types::Component) {
     if component.is_null() {
         return;
     }
-    // SAFETY: the handle came from Box::into_raw, and the importer vouches that it was not freed.
+    // SAFETY: the handle came from Box::into_raw, and the importer guarantees that it was not freed.
     let component = unsafe { Box::from_raw(component.cast::<Component<M>>()) };
-    // A destructor that panics must not unwind into C; no logger is left to report it.
+    // A panicking destructor must not unwind into C; there is no logger left to report it.
     let _ = in_default(|| catch_unwind(AssertUnwindSafe(|| drop(component))));
 }
 
 functions! {
     /// `fmi2SetDebugLogging`.
     set_debug_logging(logging_on: c_int, count: usize, categories: *const *const c_char) = SetDebugLogging, |own| {
-        // SAFETY: the importer vouches for its array.
+        // SAFETY: the importer guarantees its array.
         let names = unsafe { slice(categories, count, "categories") }?;
         let mut listed = Vec::with_capacity(count);
         for &name in names {
-            // SAFETY: the importer vouches for its texts.
+            // SAFETY: the importer guarantees its strings.
             let name = unsafe { text(name, "categories") }?;
             let known = Category::ALL.into_iter().find(|known| known.name() == name);
             listed.push(known.ok_or_else(|| Refusal::UnknownCategory { category: name.to_owned() })?);
@@ -116,7 +116,7 @@ functions! {
         own.logger.filter = if logging_on != 0 && count > 0 { Filter::listed(&listed) } else { Filter::ALL };
         Ok(())
     };
-    /// `fmi2SetupExperiment`; an infinite stop time means none.
+    /// `fmi2SetupExperiment`; an infinite stop time means no stop time.
     setup_experiment(tolerance_defined: c_int, tolerance: f64, start: f64, stop_defined: c_int, stop: f64)
         = SetupExperiment, |own| {
         let stop = (stop_defined != 0 && stop != f64::INFINITY).then_some(stop);

@@ -1,4 +1,4 @@
-//! Hands messages to the importer's logger.
+//! Delivery of messages to the importer's logger.
 
 use std::ffi::{CString, c_void};
 
@@ -6,13 +6,13 @@ use crate::Log;
 use crate::abi::types::{self, CallbackFunctions, Status};
 use crate::log::{Category, Filter};
 
-/// The importer's logger, with the categories that it shows.
+/// The importer's logger, with the enabled categories.
 pub(crate) struct Logger {
     callback: Option<types::Logger>,
     environment: *mut c_void,
     instance_name: CString,
     pub(crate) filter: Filter,
-    /// A warning was recorded in the current call.
+    /// `true` if a warning was logged in the current call.
     pub(crate) warned: bool,
 }
 
@@ -44,11 +44,11 @@ impl Logger {
         let Some(callback) = self.callback.filter(|_| self.filter.shows(category)) else {
             return;
         };
-        // "#" would begin the reference to a variable (section 2.1.5), "%" a conversion. The text is the format itself:
-        // not every importer's logger reads variable arguments.
+        // "#" would start a reference to a variable (section 2.1.5), "%" a conversion. The text is the format itself,
+        // because some importers' loggers ignore variable arguments.
         let format = c_string(&message.replace('#', "##").replace('%', "%%"));
         let category = c_string(category.name());
-        // SAFETY: the importer promises a function of this type for as long as the instance lives; the texts
+        // SAFETY: the importer guarantees a function of this type for the lifetime of the instance; the strings
         // are NUL-terminated and outlive the call; no conversion in the format takes an argument.
         unsafe {
             callback(
@@ -69,7 +69,7 @@ impl Log for Logger {
     }
 }
 
-/// A C text; NUL bytes inside are dropped.
+/// Converts a text to a C string without its NUL bytes.
 pub(crate) fn c_string(text: &str) -> CString {
     CString::new(text.replace('\0', "")).unwrap_or_default()
 }

@@ -1,8 +1,8 @@
 //! The C ABI of FMI 2.0 (`fmi2TypesPlatform.h`, `fmi2FunctionTypes.h`, `fmi2Functions.h`).
 //!
-//! All `unsafe` code lives here. The C functions are here, generic over the model; the macro
-//! [`export!`](crate::export) gives them their C names. Each call passes one gate (`component.rs`) that
-//! checks pointer and state table, catches panics, and logs one sentence for what it refuses; it computes in
+//! All `unsafe` code of the crate is in this module. The C functions are generic over the model; the macro
+//! [`export!`](crate::export) exports them under their C names. Every call passes `component.rs`, which
+//! checks handle and state table, catches panics, and logs one sentence for each refusal; it computes in
 //! the default floating-point environment (`environment.rs`).
 
 #![allow(unsafe_code)]

@@ -10,10 +10,10 @@ use crate::{Function, Model, Refusal, Snapshot};
 functions! {
     /// `fmi2GetFMUstate`; a state that is passed in is overwritten.
     get_fmu_state(state: *mut FmuState) = GetFmuState, |own| {
-        // SAFETY: the importer vouches for its pointers, here and below.
+        // SAFETY: the importer guarantees its pointers, here and below.
         let state = unsafe { exclusive(state, "FMUstate") }?;
         let snapshot = own.instance.snapshot()?;
-        // SAFETY: the importer vouches that a state that is not NULL came from here, here and below.
+        // SAFETY: the importer guarantees that a state other than NULL came from here, here and below.
         unsafe { hand_out(own, snapshot, state) }
     };
     /// `fmi2SetFMUstate`.
@@ -31,7 +31,7 @@ functions! {
         if !state.is_null() {
             // SAFETY: as above.
             unsafe { held::<M>(own, *state) }?;
-            // SAFETY: it came from Box::into_raw, and the importer vouches that it was not freed.
+            // SAFETY: it came from Box::into_raw, and the importer guarantees that it was not freed.
             drop(unsafe { Box::from_raw(state.cast::<Snapshot<M>>()) });
             *state = std::ptr::null_mut();
         }
@@ -88,25 +88,25 @@ functions! {
     };
 }
 
-/// The state behind a handle, if it is one of this FMU. Several instances may restore it at the same time.
+/// Returns the state behind a handle, if it belongs to this FMU. Several instances may restore it concurrently.
 ///
 /// # Safety
-/// `state` is NULL or a state of an FMU of this tool, that was not freed and is not overwritten while the reference
-/// lives.
+/// `state` is NULL or a state of an FMU of this tool that is neither freed nor overwritten during the lifetime of the
+/// reference.
 unsafe fn held<'a, M: Model>(component: &Component<M>, state: FmuState) -> Result<&'a Snapshot<M>, Refusal> {
-    // SAFETY: every state of this tool begins with the identity of its FMU.
+    // SAFETY: every state of this tool starts with the identity of its FMU.
     let identity = unsafe { shared(state.cast::<Identity>(), "FMUstate") }?;
     if *identity != component.instance.now.identity {
         return Err(Refusal::ForeignState);
     }
-    // SAFETY: the identity is that of this FMU, so that the state is one of this model.
+    // SAFETY: the identity is that of this FMU, so the state belongs to this model.
     unsafe { shared(state.cast::<Snapshot<M>>(), "FMUstate") }
 }
 
-/// Overwrites the state behind a handle, or makes a new one where it is NULL.
+/// Overwrites the state behind a handle, or allocates a new one if the handle is NULL.
 ///
 /// # Safety
-/// As [`held`], and nobody else uses the state.
+/// The conditions of [`held`] hold, and the state is not aliased.
 unsafe fn hand_out<M: Model>(
     component: &Component<M>,
     snapshot: Snapshot<M>,
@@ -116,7 +116,7 @@ unsafe fn hand_out<M: Model>(
         *state = Box::into_raw(Box::new(snapshot)).cast();
         return Ok(());
     }
-    // SAFETY: the caller vouches for it.
+    // SAFETY: the caller guarantees the state.
     unsafe {
         held(component, *state)?;
         *exclusive(state.cast::<Snapshot<M>>(), "FMUstate")? = snapshot;

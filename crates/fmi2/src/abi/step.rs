@@ -19,7 +19,7 @@ pub unsafe extern "C" fn do_step<M: Model>(
     _no_set_state_prior_to_current_point: c_int,
 ) -> Status {
     let body = |component: &mut Component<M>| component.instance.step(at, size, &mut component.logger);
-    // SAFETY: the importer vouches for the handle, here and below.
+    // SAFETY: the importer guarantees the handle, here and below.
     let status = unsafe { call(component, Function::DoStep, body) };
     // SAFETY: as above.
     if let Some(component) = unsafe { component.cast::<Component<M>>().as_mut() }
@@ -31,7 +31,7 @@ pub unsafe extern "C" fn do_step<M: Model>(
 }
 
 functions! {
-    /// `fmi2CancelStep`: refused by the state table, because no step is ever in progress.
+    /// `fmi2CancelStep`: always refused by the state table, because steps are synchronous.
     cancel_step() = CancelStep, |_own| Ok(());
     /// `fmi2SetRealInputDerivatives`, of order 1, if `canInterpolateInputs` is true.
     set_real_input_derivatives(
@@ -40,7 +40,7 @@ functions! {
         orders: *const c_int,
         values: *const f64
     ) = SetRealInputDerivatives, |own| {
-        // SAFETY: the importer vouches for its arrays.
+        // SAFETY: the importer guarantees its arrays.
         let (references, orders, values) = unsafe {
             (slice(references, count, "vr")?, slice(orders, count, "order")?, slice(values, count, "value")?)
         };
@@ -53,7 +53,7 @@ functions! {
         orders: *const c_int,
         values: *mut f64
     ) = GetRealOutputDerivatives, |own| {
-        // SAFETY: the importer vouches for its arrays.
+        // SAFETY: the importer guarantees its arrays.
         let (references, orders, values) = unsafe {
             (slice(references, count, "vr")?, slice(orders, count, "order")?, slice_mut(values, count, "value")?)
         };
@@ -61,14 +61,14 @@ functions! {
     };
 }
 
-/// Functions that ask for a status: their value by the kind asked for, or `fmi2Discard` where that has none.
+/// Functions that return a status value of the requested kind, or `fmi2Discard` if the kind has no value.
 macro_rules! statuses {
     ($($(#[$about:meta])* $name:ident($type:ty) = $function:ident, $read:expr;)+) => {
         $(
             $(#[$about])*
             ///
             /// # Safety
-            /// As [`do_step`]; `value` is NULL or a place to write to.
+            /// The conditions of [`do_step`] hold; `value` is NULL or writable.
             pub unsafe extern "C" fn $name<M: Model>(
                 component: types::Component,
                 kind: StatusKind,
@@ -78,13 +78,13 @@ macro_rules! statuses {
                 let mut has_value = true;
                 let body = |own: &mut Component<M>| {
                     match read(own, kind) {
-                        // SAFETY: the importer vouches for its pointer.
+                        // SAFETY: the importer guarantees its pointer.
                         Some(found) => unsafe { place(value, "value") }?.write(found),
                         None => has_value = false,
                     }
                     Ok(())
                 };
-                // SAFETY: the importer vouches for the handle.
+                // SAFETY: the importer guarantees the handle.
                 match unsafe { call(component, Function::$function, body) } {
                     Status::Ok if !has_value => Status::Discard,
                     status => status,
@@ -99,10 +99,10 @@ statuses! {
     get_status(Status) = GetStatus, |own, kind| (kind == DO_STEP_STATUS).then_some(own.last_step);
     /// `fmi2GetRealStatus`: the end of the last successful step.
     get_real_status(f64) = GetRealStatus, |own, kind| (kind == LAST_SUCCESSFUL_TIME).then(|| own.instance.time());
-    /// `fmi2GetBooleanStatus`: whether the model wants to end the simulation, which it never does.
+    /// `fmi2GetBooleanStatus`: the model never requests termination.
     get_boolean_status(c_int) = GetBooleanStatus, |_, kind| (kind == TERMINATED).then_some(0);
     /// `fmi2GetIntegerStatus`: no kind of status is an integer.
     get_integer_status(c_int) = GetIntegerStatus, |_, _| None;
-    /// `fmi2GetStringStatus`: about pending steps only, which do not occur.
+    /// `fmi2GetStringStatus`: describes pending steps only, which do not occur.
     get_string_status(*const c_char) = GetStringStatus, |_, _| None;
 }

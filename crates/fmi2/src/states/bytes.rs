@@ -1,35 +1,35 @@
-//! The state of an instance as bytes, for `fmi2SerializeFMUstate`.
+//! Serialisation of the state of an instance, for `fmi2SerializeFMUstate`.
 //!
 //! ```text
-//! "squidFMU"  version u32  SHA-256 of the GUID  length u64  content  SHA-256 of all that
+//! "squidFMU"  version u32  SHA-256 of the GUID  length u64  content  SHA-256 of all preceding bytes
 //! ```
 //!
-//! Numbers are little-endian, so that a state is portable between platforms.
+//! Numbers are little-endian, so that states are portable between platforms.
 
 use sha2::{Digest, Sha256};
 
 const MAGIC: &[u8; 8] = b"squidFMU";
-/// Version of the layout; another one is refused.
+/// Version of the layout; other versions are refused.
 const VERSION: u32 = 2;
 const HASH: usize = 32;
 const HEAD: usize = MAGIC.len() + 4 + HASH + 8;
 
-/// SHA-256 of the GUID: which FMU a state belongs to.
+/// SHA-256 of the GUID, which identifies the FMU of a state.
 pub(crate) type Identity = [u8; HASH];
 
-/// The identity of the FMU with the given GUID.
+/// Returns the identity of the FMU with the given GUID.
 pub(crate) fn identity(guid: &str) -> Identity {
     Sha256::digest(guid.as_bytes()).into()
 }
 
-/// Why bytes are not a state of this FMU.
+/// Reason for which bytes are not a state of this FMU.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StateError {
-    /// Fewer or more bytes than the length in the state.
+    /// A number of bytes other than the length in the state.
     #[error("the state has {found} bytes, but should have {expected}")]
     Length { found: usize, expected: u64 },
-    /// The first bytes are not those of a state of this library.
+    /// First bytes other than those of a state of this library.
     #[error("the bytes are no state that this tool has written")]
     NotAState,
     /// Another version of the layout.
@@ -38,54 +38,54 @@ pub enum StateError {
     /// The state of another FMU.
     #[error("the state belongs to an FMU with another GUID")]
     OtherFmu,
-    /// Bytes have changed since the state was written.
+    /// Bytes that have changed since the state was written.
     #[error("the state is damaged: its checksum does not fit")]
     Damaged,
-    /// An intact state whose content is inconsistent.
+    /// An undamaged state with inconsistent content.
     #[error("the state is inconsistent: {what}")]
     Inconsistent { what: String },
 }
 
 impl StateError {
-    /// An [`StateError::Inconsistent`].
+    /// Creates a [`StateError::Inconsistent`].
     pub fn inconsistent(what: impl std::fmt::Display) -> Self {
         Self::Inconsistent { what: what.to_string() }
     }
 }
 
-/// A saved state that is written or read, one value after the other: one list of values serves both.
+/// A saved state that is written or read sequentially; the same list of values is used for both.
 ///
 /// # Errors
-/// All of its functions return [`StateError`] where a state is read that ends here, or has another value than it can.
+/// All functions return a [`StateError`] if a state that is read is too short or has an invalid value.
 #[allow(clippy::missing_errors_doc, reason = "the same for all")]
 pub trait SavedState {
-    /// Whether values are read, into what is passed; otherwise they are written.
+    /// Returns `true` if values are read into the arguments, `false` if the arguments are written.
     fn is_read(&self) -> bool;
 
-    /// A number, bit by bit; one that is read must be finite.
+    /// Passes a number, bit by bit; a number that is read must be finite.
     fn real(&mut self, value: &mut f64) -> Result<(), StateError>;
 
-    /// A whole number.
+    /// Passes an integer.
     fn integer(&mut self, value: &mut u64) -> Result<(), StateError>;
 
-    /// A truth value.
+    /// Passes a Boolean.
     fn boolean(&mut self, value: &mut bool) -> Result<(), StateError>;
 
-    /// A text.
+    /// Passes a text.
     fn text(&mut self, value: &mut String) -> Result<(), StateError>;
 
-    /// Numbers; their count is not in the state.
+    /// Passes numbers; their count is not stored in the state.
     fn reals(&mut self, values: &mut [f64]) -> Result<(), StateError> {
         values.iter_mut().try_for_each(|value| self.real(value))
     }
 
-    /// The same for numbers that do not lie side by side.
+    /// Passes numbers that are not contiguous.
     fn each(&mut self, values: &mut [&mut f64]) -> Result<(), StateError> {
         values.iter_mut().try_for_each(|value| self.real(value))
     }
 }
 
-/// Writes the values of a state.
+/// Writer of the values of a state.
 #[derive(Debug, Default)]
 pub(crate) struct StateWriter {
     bytes: Vec<u8>,
@@ -119,7 +119,7 @@ impl SavedState for StateWriter {
 }
 
 impl StateWriter {
-    /// The bytes of a state of the FMU with the given identity.
+    /// Returns the bytes of a state of the FMU with the given identity.
     pub(crate) fn sealed(self, identity: &Identity) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(HEAD + self.bytes.len() + HASH);
         bytes.extend(MAGIC);
@@ -133,14 +133,14 @@ impl StateWriter {
     }
 }
 
-/// Reads the values of a state in the order in which they were written.
+/// Reader of the values of a state, in the order of writing.
 #[derive(Debug)]
 pub(crate) struct StateReader<'a> {
     rest: &'a [u8],
 }
 
 impl<'a> StateReader<'a> {
-    /// Checks length, version, identity and checksum of a state and opens it.
+    /// Checks length, version, identity and checksum of a state, and creates a reader.
     pub(crate) fn unsealed(bytes: &'a [u8], expected: &Identity) -> Result<Self, StateError> {
         let length = |expected| StateError::Length { found: bytes.len(), expected };
         let Some((head, body)) = bytes.split_at_checked(HEAD) else {
@@ -156,9 +156,9 @@ impl<'a> StateReader<'a> {
         }
         let identity: Identity = head.array()?;
         let content = u64::from_le_bytes(head.array()?);
-        let whole = content.saturating_add((HEAD + HASH) as u64);
-        if whole != bytes.len() as u64 {
-            return Err(length(whole));
+        let total = content.saturating_add((HEAD + HASH) as u64);
+        if total != bytes.len() as u64 {
+            return Err(length(total));
         }
         let (content, checksum) = body.split_at(body.len() - HASH);
         let computed: [u8; HASH] = Sha256::digest(&bytes[..bytes.len() - HASH]).into();
@@ -171,7 +171,7 @@ impl<'a> StateReader<'a> {
         Ok(Self { rest: content })
     }
 
-    /// Checks that everything was read.
+    /// Checks that all bytes were read.
     pub(crate) fn finish(self) -> Result<(), StateError> {
         match self.rest.len() {
             0 => Ok(()),
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_back_what_was_written() {
+    fn reads_the_values_that_were_written() {
         let bytes = sealed();
         let mut reader = StateReader::unsealed(&bytes, &identity("{a}")).unwrap();
         let mut values = Values::default();
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_every_changed_bit_and_every_cut() {
+    fn refuses_every_changed_bit_and_every_truncation() {
         let bytes = sealed();
         for bit in 0..8 * bytes.len() {
             let mut changed = bytes.clone();
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reader_that_asks_for_more_is_told_so() {
+    fn reports_missing_and_remaining_bytes() {
         let bytes = StateWriter::default().sealed(&identity(""));
         let mut reader = StateReader::unsealed(&bytes, &identity("")).unwrap();
         assert!(reader.real(&mut 0.0).unwrap_err().to_string().contains("8 more bytes are missing"));

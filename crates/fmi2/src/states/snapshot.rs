@@ -3,14 +3,14 @@
 use crate::states::bytes::{Identity, StateReader, StateWriter};
 use crate::{Interface, Model, Phase, SavedState, StateError};
 
-/// Which step the rates of the inputs belong to.
+/// Step to which the rates of the inputs belong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Slopes {
-    /// All inputs are held.
+    /// No step: all inputs are held.
     None,
-    /// The next one.
+    /// The next step.
     Ahead,
-    /// The last one, at whose end they are still the rates of the inputs.
+    /// The last step; the rates remain valid at its end.
     Flown,
 }
 
@@ -23,30 +23,30 @@ impl Slopes {
 pub struct Experiment {
     /// Start time.
     pub start: f64,
-    /// Time after which no step may end.
+    /// Latest time at which a step may end.
     pub stop: Option<f64>,
     /// Relative tolerance; models with a fixed accuracy ignore it.
     pub tolerance: Option<f64>,
 }
 
-/// The whole state of an instance.
+/// Complete state of an instance.
 #[derive(Debug, Clone)]
 #[repr(C)]
 pub struct Snapshot<M> {
-    /// Which FMU it belongs to. It comes first, so that it can be checked before anything else is read.
+    /// Identity of the FMU. It is the first field, so that it can be checked before any other is read.
     pub(crate) identity: Identity,
     pub(crate) interface: Interface,
     pub(crate) phase: Phase,
     pub(crate) experiment: Experiment,
     pub(crate) time: f64,
-    /// A variable was set since the outputs were computed.
+    /// `true` if a variable was set after the outputs were computed.
     pub(crate) stale: bool,
     pub(crate) slopes: Slopes,
     pub(crate) model: M,
 }
 
 impl<M: Model> Snapshot<M> {
-    /// An instance that was just made.
+    /// Creates the state of a new instance.
     pub(crate) fn fresh(model: &M, identity: Identity, interface: Interface) -> Self {
         Self {
             identity,
@@ -74,7 +74,7 @@ impl<M: Model> Snapshot<M> {
         Ok(snapshot)
     }
 
-    /// Writes or reads everything but the identity.
+    /// Writes or reads all fields but the identity.
     fn pass(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
         let mut steps_itself = self.interface == Interface::CoSimulation;
         state.boolean(&mut steps_itself)?;

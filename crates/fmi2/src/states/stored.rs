@@ -44,7 +44,7 @@ impl<M: Model> Instance<M> {
         Ok(snapshot)
     }
 
-    /// Whether a state belongs to an instance of this FMU and kind.
+    /// Checks that a state belongs to an instance of this FMU and interface.
     fn accepts(&self, snapshot: &Snapshot<M>) -> Result<(), Refusal> {
         if snapshot.identity != self.now.identity {
             return Err(Refusal::ForeignState);

@@ -1,8 +1,7 @@
-//! Derivatives of the model at one instant: directional ones, and time derivatives of outputs (sections 2.1.9 and
-//! 4.2.1).
+//! Directional derivatives of the model at one instant, and time derivatives of outputs (sections 2.1.9 and 4.2.1).
 //!
-//! In co-simulation they are those at the communication point, with the present inputs, before
-//! any event at the start of the next step.
+//! Co-simulation evaluates them at the communication point, with the present inputs, before any event at the start of
+//! the next step.
 
 use crate::instance::Outcome;
 use crate::states::snapshot::Slopes;
@@ -12,8 +11,8 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetDirectionalDerivative`: `sensitivity = (d unknowns / d knowns) seed`, exact.
     ///
     /// # Errors
-    /// A refused call, a known or unknown that is not one, or a failure of the model.
-    /// [`Refusal::Undefined`] where there is no derivative; all others are written.
+    /// A refused call, an invalid known or unknown, or a failure of the model.
+    /// [`Refusal::Undefined`] if a derivative does not exist; all others are written.
     pub fn directional_derivative(
         &mut self,
         unknowns: &[u32],
@@ -47,8 +46,8 @@ impl<M: Model> Instance<M> {
     /// `fmi2SetRealInputDerivatives`: the rates of inputs during the next step, of order 1.
     ///
     /// # Errors
-    /// A refused call; another order, a variable that is not a continuous input, or a rate that is not finite. Then no
-    /// rate is set.
+    /// A refused call, another order, a variable that is not a continuous input, or a rate that is not finite. No rate
+    /// is then set.
     pub fn set_input_derivatives(
         &mut self,
         references: &[u32],
@@ -76,12 +75,12 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// `fmi2GetRealOutputDerivatives`: the time derivatives of outputs, of order 1, under the present
+    /// `fmi2GetRealOutputDerivatives`: the time derivatives of outputs, of order 1, with the present
     /// inputs, which change at the rates set for the next step, or else at those of the last step.
     ///
     /// # Errors
     /// A refused call, another order, a variable that is not an output, or a failure of the model.
-    /// [`Refusal::Undefined`] where there is no derivative; all others are written.
+    /// [`Refusal::Undefined`] if a derivative does not exist; all others are written.
     pub fn output_derivatives(
         &mut self,
         references: &[u32],
@@ -121,7 +120,7 @@ impl<M: Model> Instance<M> {
         tangents(&self.now.model, moment, &mut self.tangents).map_err(crate::Failure::Model)
     }
 
-    /// Checks that the numbers returned are finite.
+    /// Checks that the returned values are finite.
     pub(crate) fn defined(&self, what: &'static str, references: &[u32], values: &[f64]) -> Outcome<M> {
         match references.iter().zip(values).find(|(_, value)| !value.is_finite()) {
             Some((&reference, &value)) => {
@@ -131,7 +130,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Name of an existing variable.
+    /// Returns the name of an existing variable.
     pub(crate) fn name(&self, reference: u32) -> String {
         self.table.variables()[reference as usize].name().to_owned()
     }

@@ -1,11 +1,11 @@
-//! A table of variables reused by a larger model that contains the smaller one.
+//! Reuse of the variables of a model in a larger model that contains it.
 
 use crate::Variable;
 use crate::variables::role::{Get, Set};
 use crate::variables::variable::Access;
 
 impl<M: 'static> Variable<M> {
-    /// The same variable in a model that contains `M`; name, description and dependencies stay.
+    /// Converts the variable to one of a model that contains `M`; name, description and dependencies are unchanged.
     ///
     /// ```
     /// use squid_fmi2::{Role, Variable};
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn reaches_through_to_the_part() {
+    fn embedded_variable_reads_and_sets_the_part() {
         let gain =
             Variable::real("gain", "gain", |m: &Part| m.gain, Role::parameter(|m: &mut Part, v| m.gain = v))
                 .unit("rad")
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn keeps_what_cannot_be_set_and_the_items() {
+    fn embedding_keeps_a_missing_setter_and_the_items() {
         let methods = squid_model_description::Enumeration::new("mode", "mode", &[("a", "a"), ("b", "b")]);
         let mode = Variable::enumeration("mode", "mode", &methods, |m: &Part| m.mode, Role::output());
         let within: Variable<Whole> = mode.embedded(|w: &Whole| &w.part, |w| &mut w.part);

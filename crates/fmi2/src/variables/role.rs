@@ -1,12 +1,12 @@
-//! The role of a variable, and how it is set.
+//! The role of a variable, with its setter.
 
 use std::fmt;
 
 use squid_model_description::{Causality, Variability};
 
-/// Reads a value from a model.
+/// Function that reads a value from a model.
 pub type Get<M, T> = Box<dyn Fn(&M) -> T + Send + Sync>;
-/// Writes a value into a model.
+/// Function that writes a value to a model.
 pub type Set<M, T> = Box<dyn Fn(&mut M, T) + Send + Sync>;
 
 /// Causality and variability of a variable, with its setter if it has one.
@@ -29,32 +29,32 @@ impl<M, T> Role<M, T> {
         Self { causality, variability, set: None }
     }
 
-    /// Set by another model at every communication point.
+    /// Creates the role of an input, set by another model at every communication point.
     pub fn input(set: impl Fn(&mut M, T) + Send + Sync + 'static) -> Self {
         Self::settable(Causality::Input, None, set)
     }
 
-    /// Set by the user before the simulation.
+    /// Creates the role of a fixed parameter, set by the user before the simulation.
     pub fn parameter(set: impl Fn(&mut M, T) + Send + Sync + 'static) -> Self {
         Self::settable(Causality::Parameter, Some(Variability::Fixed), set)
     }
 
-    /// Set by the user, also between steps.
+    /// Creates the role of a tunable parameter, which the user may also set between steps.
     pub fn tunable(set: impl Fn(&mut M, T) + Send + Sync + 'static) -> Self {
         Self::settable(Causality::Parameter, Some(Variability::Tunable), set)
     }
 
-    /// Computed, for other models.
+    /// Creates the role of an output, computed for other models.
     pub fn output() -> Self {
         Self::readable(Causality::Output, None)
     }
 
-    /// Computed, to be displayed.
+    /// Creates the role of a local variable, computed for display.
     pub fn local() -> Self {
         Self::readable(Causality::Local, None)
     }
 
-    /// Known from the resources, to be displayed.
+    /// Creates the role of a constant from the resources, for display.
     pub fn constant() -> Self {
         Self::readable(Causality::Local, Some(Variability::Constant))
     }

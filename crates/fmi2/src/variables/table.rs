@@ -1,4 +1,4 @@
-//! The table of variables at run time: value reference to entry.
+//! The table of variables at run time, indexed by value reference.
 
 use squid_model_description::{Causality, Initial, Kind, ScalarVariable, Variability};
 
@@ -6,7 +6,7 @@ use crate::variables::role::Set;
 use crate::variables::values::Value;
 use crate::{Model, Phase, Refusal, Variable};
 
-/// A model's variables; the value reference of a variable is its position.
+/// The variables of a model; the value reference of a variable is its index.
 #[derive(Debug)]
 pub struct Table<M> {
     variables: Vec<Variable<M>>,
@@ -15,7 +15,7 @@ pub struct Table<M> {
 }
 
 impl<M: Model> Table<M> {
-    /// The table of a loaded model.
+    /// Creates the table of a loaded model.
     pub fn of(model: &M) -> Self {
         let mut table = Self { variables: model.variables(), states: Vec::new() };
         let states = table.variables.iter().filter_map(|variable| variable.meta.derivative_of.as_deref());
@@ -23,12 +23,12 @@ impl<M: Model> Table<M> {
         table
     }
 
-    /// Value references of the continuous states, in their order.
+    /// Returns the value references of the continuous states, in order.
     pub fn states(&self) -> &[u32] {
         &self.states
     }
 
-    /// Nominal value of a Real variable, 1 by default.
+    /// Returns the nominal value of a Real variable, 1 by default.
     pub(crate) fn nominal(&self, reference: u32) -> f64 {
         match self.variables.get(reference as usize).map(|variable| &variable.meta.kind) {
             Some(Kind::Real { nominal: Some(nominal), .. }) => *nominal,
@@ -36,14 +36,14 @@ impl<M: Model> Table<M> {
         }
     }
 
-    /// The quantity of a variable that can be a known of derivatives: an input, or a state, except in initialization
-    /// mode, where states follow from other variables.
+    /// Returns the quantity of a variable that can be a known of derivatives: an input, or a state, except in
+    /// initialization mode, where states follow from other variables.
     pub(crate) fn known(&self, reference: u32, phase: Phase) -> Result<usize, Refusal> {
         let entry = self.real(reference)?;
         let is_state = phase != Phase::Initialization && self.states.contains(&reference);
         let is_known = is_state || entry.meta.causality == Causality::Input;
         let name = || entry.meta.name.clone();
-        // In initialization mode parameters are knowns, too (section 2.1.9).
+        // The standard allows parameters as knowns in initialization mode (section 2.1.9); they are not supported.
         if entry.meta.causality == Causality::Parameter {
             return Err(Refusal::ByParameter { name: name() });
         }
@@ -52,8 +52,8 @@ impl<M: Model> Table<M> {
         entry.quantity.filter(|_| is_known).ok_or_else(refused)
     }
 
-    /// The quantity of a variable that can be an unknown of derivatives: an output, a state or a derivative. A variable
-    /// that changes at events only has no quantity, and its derivatives are zero.
+    /// Returns the quantity of a variable that can be an unknown of derivatives: an output, a state or a derivative. A
+    /// variable that changes at events only has no quantity, and its derivatives are zero.
     pub(crate) fn unknown(&self, reference: u32) -> Result<Option<usize>, Refusal> {
         let entry = self.real(reference)?;
         let is_unknown = entry.meta.causality == Causality::Output
@@ -66,7 +66,7 @@ impl<M: Model> Table<M> {
         }
     }
 
-    /// Whether every continuous input can change during a step, and there is one.
+    /// Returns `true` if there are continuous inputs and all of them can change during a step.
     pub(crate) fn interpolates(&self) -> bool {
         let continuous = |one: &&Variable<M>| {
             one.meta.causality == Causality::Input && one.meta.variability == Variability::Continuous
@@ -75,7 +75,7 @@ impl<M: Model> Table<M> {
         inputs.peek().is_some() && inputs.all(|variable| variable.slope.is_some())
     }
 
-    /// The rate of an input.
+    /// Returns the function that sets the rate of an input.
     pub(crate) fn slope(&self, reference: u32) -> Result<&Set<M, f64>, Refusal> {
         let entry = self.real(reference)?;
         entry.slope.as_ref().ok_or_else(|| Refusal::NotInterpolated { name: entry.meta.name.clone() })
@@ -86,7 +86,7 @@ impl<M: Model> Table<M> {
         self.variables.iter().filter_map(|variable| variable.slope.as_ref()).for_each(|set| set(model, 0.0));
     }
 
-    /// An output and its quantity.
+    /// Returns the quantity of an output.
     pub(crate) fn output(&self, reference: u32) -> Result<Option<usize>, Refusal> {
         let entry = self.real(reference)?;
         match entry.meta.causality {
@@ -100,18 +100,18 @@ impl<M: Model> Table<M> {
         f64::reach(&entry.access).map(|_| entry).ok_or_else(|| wrong_type::<M, f64>(entry))
     }
 
-    /// The entries in the order of their value references.
+    /// Returns the entries in the order of their value references.
     pub fn variables(&self) -> &[Variable<M>] {
         &self.variables
     }
 
-    /// Value reference of a name.
+    /// Returns the value reference of a name.
     pub fn reference(&self, name: &str) -> Option<u32> {
         let position = self.variables.iter().position(|variable| variable.meta.name == name)?;
         u32::try_from(position).ok()
     }
 
-    /// Whether a variable is a tunable parameter.
+    /// Returns `true` if a variable is a tunable parameter.
     pub(crate) fn is_tunable(&self, reference: u32) -> bool {
         self.variables.get(reference as usize).is_some_and(|one| is_tunable(&one.meta))
     }
@@ -129,8 +129,8 @@ impl<M: Model> Table<M> {
     /// Checks that a variable may be set to `value` in the given phase.
     ///
     /// # Errors
-    /// [`Refusal::UnknownReference`], [`Refusal::WrongType`], [`Refusal::NotSettable`], or that the variable cannot
-    /// take the value.
+    /// [`Refusal::UnknownReference`], [`Refusal::WrongType`], [`Refusal::NotSettable`], or the refusal of an invalid
+    /// value.
     pub fn check<T: Value>(&self, reference: u32, value: &T, phase: Phase) -> Result<(), Refusal> {
         let entry = self.entry(reference)?;
         let (_, set) = T::reach(&entry.access).ok_or_else(|| wrong_type::<M, T>(entry))?;
@@ -169,7 +169,7 @@ fn is_tunable(meta: &ScalarVariable) -> bool {
     meta.causality == Causality::Parameter && meta.variability == Variability::Tunable
 }
 
-/// Footnotes of the tables in sections 3.2.3 and 4.2.4.
+/// Returns `true` if a variable may be set in a phase (footnotes of the tables in sections 3.2.3 and 4.2.4).
 fn may_be_set<M>(entry: &Variable<M>, phase: Phase) -> bool {
     let meta = &entry.meta;
     let is_input = meta.causality == Causality::Input;

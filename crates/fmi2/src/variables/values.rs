@@ -8,23 +8,23 @@ use crate::{Function, Refusal};
 pub trait Value: Sized {
     /// Name in the standard.
     const NAME: &'static str;
-    /// The function that reads it.
+    /// Function that reads values of the type.
     const GET: Function;
-    /// The function that writes it.
+    /// Function that writes values of the type.
     const SET: Function;
 
-    /// Getter and setter, if the variable is of this type.
+    /// Returns getter and setter, if the variable is of this type.
     #[doc(hidden)]
     #[allow(clippy::type_complexity)]
     fn reach<M>(access: &Access<M>) -> Option<(&Get<M, Self>, Option<&Set<M, Self>>)>;
 
-    /// The value, if it is a number that is not finite.
+    /// Returns the value, if it is a number that is not finite.
     #[doc(hidden)]
     fn undefined(&self) -> Option<f64> {
         None
     }
 
-    /// Whether the variable can take the value.
+    /// Checks that the variable can have the value.
     #[doc(hidden)]
     fn check<M>(&self, _name: &str, _access: &Access<M>) -> Result<(), Refusal> {
         Ok(())

@@ -1,4 +1,4 @@
-//! One entry of a model's table of variables: its attributes in the XML, its getter and its setter.
+//! An entry of a model's table of variables: attributes in the XML, getter and setter.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -13,21 +13,21 @@ pub enum Access<M> {
     Real(Get<M, f64>, Option<Set<M, f64>>),
     /// 32-bit integer.
     Integer(Get<M, i32>, Option<Set<M, i32>>),
-    /// Truth value.
+    /// Boolean.
     Boolean(Get<M, bool>, Option<Set<M, bool>>),
     /// Text.
     String(Get<M, String>, Option<Set<M, String>>),
-    /// The value is one of the items of the type, counted from 1 to the last number.
+    /// One of the items of the type, counted from 1 to the last number.
     Enumeration(Get<M, i32>, Option<Set<M, i32>>, i32),
 }
 
-/// Makes an [`Access`] of getter and setter.
+/// Function that combines getter and setter in an [`Access`].
 type MakeAccess<'a, M, T> = &'a dyn Fn(Get<M, T>, Option<Set<M, T>>) -> Access<M>;
 
-/// One entry of a model's table of variables.
+/// An entry of a model's table of variables.
 ///
-/// A constructor names the type, how to read the value, and the [`Role`] with how to write it; then come unit, range
-/// and dependencies. The start value in the XML is what the freshly loaded model returns.
+/// A constructor takes the getter and the [`Role`] with the setter; unit, range and dependencies follow. The start
+/// value in the XML is that of the newly loaded model.
 ///
 /// ```
 /// use squid_fmi2::{Role, Variable};
@@ -41,17 +41,17 @@ type MakeAccess<'a, M, T> = &'a dyn Fn(Get<M, T>, Option<Set<M, T>>) -> Access<M
 /// let force = V::real("force", "force on the vehicle", |t| t.force, R::output()).unit("N").depends_on(&[]);
 /// ```
 pub struct Variable<M> {
-    /// In a box, so that a table is small and fast to iterate over.
+    /// Attributes in the XML; boxed, so that a table is small and fast to iterate over.
     pub(crate) meta: Box<ScalarVariable>,
     pub(crate) access: Access<M>,
-    /// Number among the quantities of [`Tangents`](crate::Tangents).
+    /// Index among the quantities of [`Tangents`](crate::Tangents).
     pub(crate) quantity: Option<usize>,
-    /// Sets the rate at which an input changes.
+    /// Setter of the rate at which an input changes.
     pub(crate) slope: Option<Set<M, f64>>,
 }
 
 impl<M> Variable<M> {
-    /// A floating-point variable.
+    /// Creates a floating-point variable.
     pub fn real<'a>(
         name: impl Into<Cow<'a, str>>,
         description: impl Into<Cow<'a, str>>,
@@ -61,7 +61,7 @@ impl<M> Variable<M> {
         Self::of_real(name.into(), description.into(), Box::new(get), role)
     }
 
-    /// Compiled once, not for each variable: an FMU is small.
+    /// Creates a Real from a boxed getter; compiled once, not for each variable, to keep an FMU small.
     #[inline(never)]
     fn of_real(name: Cow<'_, str>, description: Cow<'_, str>, get: Get<M, f64>, role: Role<M, f64>) -> Self {
         let kind =
@@ -69,7 +69,7 @@ impl<M> Variable<M> {
         Self::of(name, description, Variability::Continuous, kind, get, role, &Access::Real)
     }
 
-    /// A variable of any type, compiled once for all the ways to read; `usual` is the variability where the role has
+    /// Creates a variable of any type, compiled once for all getters; `usual` is the variability if the role has
     /// none.
     fn of<T>(
         name: Cow<'_, str>,
@@ -95,7 +95,7 @@ impl<M> Variable<M> {
         Self { meta: Box::new(meta), access: access(get, role.set), quantity: None, slope: None }
     }
 
-    /// An integer variable.
+    /// Creates an integer variable.
     pub fn integer<'a>(
         name: impl Into<Cow<'a, str>>,
         description: impl Into<Cow<'a, str>>,
@@ -107,7 +107,7 @@ impl<M> Variable<M> {
         Self::of(name.into(), description.into(), usual, kind, Box::new(get), role, &Access::Integer)
     }
 
-    /// A truth value.
+    /// Creates a Boolean variable.
     pub fn boolean<'a>(
         name: impl Into<Cow<'a, str>>,
         description: impl Into<Cow<'a, str>>,
@@ -118,7 +118,7 @@ impl<M> Variable<M> {
         Self::of(name.into(), description.into(), usual, kind, Box::new(get), role, &Access::Boolean)
     }
 
-    /// A text variable.
+    /// Creates a text variable.
     pub fn string<'a>(
         name: impl Into<Cow<'a, str>>,
         description: impl Into<Cow<'a, str>>,
@@ -129,7 +129,7 @@ impl<M> Variable<M> {
         Self::of(name.into(), description.into(), usual, kind, Box::new(get), role, &Access::String)
     }
 
-    /// A choice among the items of `of_type`, counted from 1; a number outside them is refused before the setter.
+    /// Creates a choice among the items of `of_type`, counted from 1; other numbers are refused before the setter.
     pub fn enumeration<'a>(
         name: impl Into<Cow<'a, str>>,
         description: impl Into<Cow<'a, str>>,
@@ -143,7 +143,7 @@ impl<M> Variable<M> {
         Self::of(name.into(), description.into(), usual, kind, Box::new(get), role, &access)
     }
 
-    /// Unit of a Real variable; if it contains radians to the first power, degrees become the display unit.
+    /// Sets the unit of a Real variable; the display unit of radians to the first power is degrees.
     #[must_use]
     pub fn unit(mut self, name: &str) -> Self {
         if let Kind::Real { unit, display_unit, .. } = &mut self.meta.kind {
@@ -154,13 +154,13 @@ impl<M> Variable<M> {
         self
     }
 
-    /// Least and greatest value of a Real variable.
+    /// Sets minimum and maximum of a Real variable.
     #[must_use]
     pub fn range(self, least: f64, greatest: f64) -> Self {
         self.at_least(least).at_most(greatest)
     }
 
-    /// Least value of a Real variable, or of an Integer: a whole number.
+    /// Sets the minimum of a Real variable, or of an Integer: an integer.
     #[must_use]
     pub fn at_least(mut self, least: f64) -> Self {
         match &mut self.meta.kind {
@@ -171,7 +171,7 @@ impl<M> Variable<M> {
         self
     }
 
-    /// Greatest value of a Real variable.
+    /// Sets the maximum of a Real variable.
     #[must_use]
     pub fn at_most(mut self, greatest: f64) -> Self {
         if let Kind::Real { max, .. } = &mut self.meta.kind {
@@ -180,7 +180,7 @@ impl<M> Variable<M> {
         self
     }
 
-    /// Typical magnitude of a Real variable.
+    /// Sets the nominal magnitude of a Real variable.
     #[must_use]
     pub fn nominal(mut self, value: f64) -> Self {
         if let Kind::Real { nominal, .. } = &mut self.meta.kind {
@@ -189,7 +189,7 @@ impl<M> Variable<M> {
         self
     }
 
-    /// Changes at events only, such as the ticks of a sampled system.
+    /// Marks a variable that changes at events only, such as the ticks of a sampled system.
     #[must_use]
     pub fn discrete(mut self) -> Self {
         self.meta.variability = Variability::Discrete;
@@ -203,36 +203,36 @@ impl<M> Variable<M> {
         self
     }
 
-    /// Number of the variable among the quantities of the model's [`Tangents`](crate::Tangents).
+    /// Sets the index of the variable among the quantities of the model's [`Tangents`](crate::Tangents).
     #[must_use]
     pub fn quantity(mut self, number: usize) -> Self {
         self.quantity = Some(number);
         self
     }
 
-    /// Moves its number among the quantities, for a model that is one of several in another.
+    /// Offsets the index among the quantities, for a model that is one of several in another.
     #[must_use]
     pub fn quantity_from(mut self, first: usize) -> Self {
         self.quantity = self.quantity.map(|number| first + number);
         self
     }
 
-    /// How to set the rate at which a Real input changes during the next step (`fmi2SetRealInputDerivatives`); the
-    /// model advances the input, and the rate is set to zero after the step.
+    /// Sets the setter of the rate at which a Real input changes during the next step (`fmi2SetRealInputDerivatives`);
+    /// the model advances the input, and the rate is set to zero after the step.
     #[must_use]
     pub fn slope(mut self, set: impl Fn(&mut M, f64) + Send + Sync + 'static) -> Self {
         self.slope = Some(Box::new(set));
         self
     }
 
-    /// The inputs and states on which an output or derivative depends without a step; by default all of them.
+    /// Sets the inputs and states on which an output or derivative depends instantaneously; by default all of them.
     #[must_use]
     pub fn depends_on(mut self, names: &[&str]) -> Self {
         self.meta.depends_on = Some(dependencies(names));
         self
     }
 
-    /// Adds a dependency with a constant factor, as [`depends_on`](Self::depends_on) does in general.
+    /// Adds a dependency with a constant factor to those of [`depends_on`](Self::depends_on).
     #[must_use]
     pub fn depends_linearly_on(mut self, name: &str) -> Self {
         let one = Dependency { on: name.to_owned(), kind: DependencyKind::Constant };
@@ -240,7 +240,7 @@ impl<M> Variable<M> {
         self
     }
 
-    /// Drops dependencies on variables that are not inputs or states of a larger model.
+    /// Removes dependencies on variables that are not inputs or states of a larger model.
     #[must_use]
     pub fn depends_only_where(mut self, known: impl Fn(&str) -> bool) -> Self {
         if let Some(list) = &mut self.meta.depends_on {
@@ -249,19 +249,19 @@ impl<M> Variable<M> {
         self
     }
 
-    /// The knowns on which the first value of an output depends; by default all of them.
+    /// Sets the knowns on which the initial value of an output depends; by default all of them.
     #[must_use]
     pub fn initially_depends_on(mut self, names: &[&str]) -> Self {
         self.meta.initially_depends_on = Some(dependencies(names));
         self
     }
 
-    /// Name of the variable.
+    /// Returns the name of the variable.
     pub fn name(&self) -> &str {
         &self.meta.name
     }
 
-    /// The entry with the start value that the freshly loaded model has, where the standard requires one.
+    /// Returns the attributes with the start value of the newly loaded model, if the standard requires one.
     pub(crate) fn described(&self, value_reference: u32, model: &M) -> ScalarVariable {
         let mut meta = (*self.meta).clone();
         meta.value_reference = value_reference;

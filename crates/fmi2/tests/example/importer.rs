@@ -1,4 +1,4 @@
-//! An importer in a few lines: the C functions as a C header would declare them, and a logger that remembers.
+//! A minimal importer: the C functions as declared in a C header, and a logger that records messages.
 
 #![allow(dead_code, reason = "not every test needs everything")]
 
@@ -72,7 +72,7 @@ pub const Y: u32 = 1;
 /// Parameter of [`Lag`].
 pub const GAIN: u32 = 2;
 
-/// The value of a Real, which must be to be had.
+/// Returns the value of a Real, which must be defined.
 pub fn real(c: Component, reference: u32) -> f64 {
     let mut value = f64::NAN;
     assert_eq!(unsafe { fmi2GetReal(c, &reference, 1, &mut value) }, Status::Ok, "{:?}", messages());
@@ -88,8 +88,8 @@ thread_local! {
     static MESSAGES: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Remembers "name status category message"; its fixed arguments are those of `fmi2CallbackLogger`. Like the loggers of
-/// some importers it reads no others, so that the format must be the whole message.
+/// Records "name status category message"; its fixed arguments are those of `fmi2CallbackLogger`. It reads no variable
+/// arguments, like the loggers of some importers, so that the format must be the complete message.
 unsafe extern "C" fn remember(
     _: *mut c_void,
     name: *const c_char,
@@ -104,14 +104,14 @@ unsafe extern "C" fn remember(
     MESSAGES.with_borrow_mut(|messages| messages.push(line));
 }
 
-/// The messages since the last call of this function.
+/// Returns the messages since the last call of this function.
 pub fn messages() -> Vec<String> {
     MESSAGES.take()
 }
 
 pub fn callbacks() -> CallbackFunctions {
     type Fixed = unsafe extern "C" fn(*mut c_void, *const c_char, Status, *const c_char, *const c_char);
-    // On the platforms of the tests a variadic function is called like one without further arguments.
+    // The calling convention of variadic functions is that of others on the platforms of the tests.
     let logger = unsafe { std::mem::transmute::<Fixed, Logger>(remember) };
     CallbackFunctions {
         logger: Some(logger),
@@ -133,12 +133,12 @@ pub fn unpack() -> Unpacked {
     unpack_with("2.0\n")
 }
 
-/// The same with another gain.
+/// Unpacks the resources with another gain.
 pub fn unpack_with(gain: &str) -> Unpacked {
     unpack_files(&[("gain.txt", gain)])
 }
 
-/// The same with other resources.
+/// Unpacks other resources.
 pub fn unpack_files(files: &[(&str, &str)]) -> Unpacked {
     let folder = tempfile::tempdir().unwrap();
     for (name, content) in files {
@@ -172,7 +172,7 @@ impl Unpacked {
     }
 }
 
-/// Brings a new instance to step mode, or event mode.
+/// Initialises a new instance, up to step or event mode.
 pub fn initialise(c: Component) {
     unsafe {
         assert_eq!(fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0), Status::Ok);

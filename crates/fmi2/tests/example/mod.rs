@@ -1,4 +1,4 @@
-//! A small model with a variable of each type: a first-order lag, `y' = (gain u - y)/tau`; its `count` ticks once a
+//! A small model with a variable of each type: a first-order lag, `y' = (gain u - y)/tau`; its `count` increases every
 //! second.
 
 use squid_fmi2::model_description::{DefaultExperiment, Enumeration};
@@ -160,7 +160,7 @@ impl Model for Lag {
 }
 
 impl Lag {
-    /// There is none beyond a million.
+    /// Returns the derivative of the output; NaN beyond a million.
     fn rate(&self) -> f64 {
         let target = if self.armed { self.gain * self.u } else { 0.0 };
         if self.y > 1e6 { f64::NAN } else { (target - self.y) / TAU }

@@ -1,9 +1,8 @@
-//! Which function may be called when, copied from the standard by hand, so that the table of the crate is held
-//! against it.
+//! Tables of legal calls, copied from the standard by hand, against which the table of the crate is checked.
 
 use squid_fmi2::{Function, Interface, Phase};
 
-/// The table of section 4.2.4 of FMI 2.0.4, without the states that do not occur here, and without what needs no
+/// The table of section 4.2.4 of FMI 2.0.4, without states that do not occur here, and without functions that need no
 /// instance.
 pub const CO_SIMULATION: &str = "
                                    instantiated initialization step terminated error
@@ -75,7 +74,7 @@ pub const MODEL_EXCHANGE: &str = "
     fmi2GetNominalsOfContinuousStates   x            -           x        x          x       x
 ";
 
-/// What the standard says of a function in a state; nothing where the interface has no such function.
+/// Returns `true` if the standard allows a function in a state; `None` if the interface does not have the function.
 pub fn standard(function: Function, interface: Interface, phase: Phase) -> Option<bool> {
     let (table, phases): (_, &[Phase]) = match interface {
         Interface::CoSimulation => (
@@ -97,7 +96,7 @@ pub fn standard(function: Function, interface: Interface, phase: Phase) -> Optio
     let mut rows = table.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
     let row = rows.find(|row| row.first() == Some(&function.name()))?;
     assert_eq!(row.len(), phases.len() + 1, "{row:?}");
-    // After a fatal error nothing is allowed.
+    // No call is allowed after a fatal error.
     let column = phases.iter().position(|one| *one == phase);
     Some(column.is_some_and(|column| row[column + 1] == "x"))
 }

@@ -1,4 +1,4 @@
-//! Any model flown as an FMU, without C.
+//! Simulation of any model as an FMU, without the C interface.
 
 #![allow(dead_code, reason = "not every test needs everything")]
 
@@ -20,14 +20,14 @@ pub struct Flight<M: Model> {
 }
 
 impl<M: Model> Flight<M> {
-    /// Instantiates at a start time; [`Flight::begin`] follows.
+    /// Instantiates at a start time; [`Flight::begin`] must follow.
     pub fn prepare(described: Described<M>, start: f64) -> Self {
         let mut instance = Instance::new(described);
         instance.set_up(Experiment { start, ..Experiment::default() }).unwrap();
         Self { instance, log: Remember::default() }
     }
 
-    /// Ready to step from time 0.
+    /// Returns an instance ready to step from time 0.
     pub fn started(described: Described<M>) -> Self {
         let mut flight = Self::prepare(described, 0.0);
         flight.begin().unwrap();
@@ -60,7 +60,7 @@ impl<M: Model> Flight<M> {
         found
     }
 
-    /// Steps to a time; the last step is shorter when they do not fit.
+    /// Steps to a time; the last step is shorter if necessary.
     pub fn fly(&mut self, to: f64, step: f64) {
         while self.instance.time() < to - 1e-9 {
             let now = self.instance.time();

@@ -1,4 +1,4 @@
-//! The exported C functions, called as an importer calls them.
+//! The exported C functions, called by an importer.
 
 use std::ffi::CStr;
 use std::ptr::{null, null_mut};
@@ -8,7 +8,7 @@ use crate::importer::*;
 use squid_fmi2::abi::{Component, Status};
 use squid_fmi2::{INTERFACE_RESOURCE, Interface, Resources, describe};
 
-/// Asserts that the last call was refused with one sentence that holds `text`.
+/// Asserts that the last call was refused with one sentence that contains `text`.
 #[track_caller]
 fn assert_refused(status: Status, text: &str) {
     let messages = messages();
@@ -19,7 +19,7 @@ fn assert_refused(status: Status, text: &str) {
 }
 
 #[test]
-fn tells_version_and_platform() {
+fn returns_version_and_platform() {
     unsafe {
         assert_eq!(CStr::from_ptr(fmi2GetVersion()), c"2.0");
         assert_eq!(CStr::from_ptr(fmi2GetTypesPlatform()), c"default");
@@ -100,7 +100,7 @@ fn refuses_wrong_values_and_references() {
 }
 
 #[test]
-fn refuses_steps_that_make_no_sense() {
+fn refuses_invalid_steps() {
     let fmu = unpack();
     let c = fmu.instantiate(false);
     unsafe {
@@ -125,7 +125,7 @@ fn refuses_steps_that_make_no_sense() {
 }
 
 #[test]
-fn refuses_to_instantiate_what_does_not_belong_together() {
+fn refuses_to_instantiate_with_wrong_arguments() {
     let fmu = unpack();
     let make = |name, fmu_type, guid, location| unsafe {
         fmi2Instantiate(name, fmu_type, guid, location, &callbacks(), 0, 0)
@@ -153,7 +153,7 @@ fn refuses_to_instantiate_what_does_not_belong_together() {
 }
 
 #[test]
-fn damaged_resources_are_noticed() {
+fn detects_damaged_resources() {
     let fmu = unpack();
     let path = squid_fmi2::path_of(fmu.uri.to_str().unwrap()).unwrap().join("gain.txt");
     std::fs::write(&path, "2.5\n").unwrap();
@@ -169,7 +169,7 @@ fn damaged_resources_are_noticed() {
 }
 
 #[test]
-fn lives_without_callbacks() {
+fn works_without_callbacks() {
     let fmu = unpack();
     unsafe {
         let c = fmi2Instantiate(c"one".as_ptr(), 1, fmu.guid.as_ptr(), fmu.uri.as_ptr(), null(), 0, 1);
@@ -180,7 +180,7 @@ fn lives_without_callbacks() {
     }
 }
 
-/// The one message since the last look is that a value is not to be had.
+/// Asserts that the only message since the last check reports an undefined value.
 fn assert_discarded(text: &str) {
     let messages = messages();
     assert_eq!(messages.len(), 1, "{messages:?}");
@@ -191,7 +191,7 @@ fn assert_discarded(text: &str) {
 }
 
 #[test]
-fn logs_what_was_asked_for() {
+fn logs_enabled_categories() {
     let fmu = unpack();
     let c = fmu.instantiate(false);
     initialise(c);
@@ -213,7 +213,7 @@ fn logs_what_was_asked_for() {
 }
 
 #[test]
-fn a_failed_model_stops_and_can_be_reset() {
+fn failed_model_stops_and_can_be_reset() {
     let fmu = unpack();
     let c = fmu.instantiate(false);
     unsafe {
@@ -229,7 +229,7 @@ fn a_failed_model_stops_and_can_be_reset() {
 }
 
 #[test]
-fn a_panic_becomes_fatal() {
+fn panic_becomes_fatal() {
     let fmu = unpack();
     let c = fmu.instantiate(false);
     unsafe {
@@ -273,7 +273,7 @@ fn states_are_stored_and_restored() {
 }
 
 #[test]
-fn answers_for_synchronous_steps() {
+fn returns_the_status_of_synchronous_steps() {
     let fmu = unpack();
     let c = fmu.instantiate(false);
     initialise(c);
@@ -293,7 +293,7 @@ fn answers_for_synchronous_steps() {
 }
 
 #[test]
-fn many_instances_do_not_disturb_one_another() {
+fn instances_are_independent() {
     let fmu = unpack();
     let all: Vec<_> = (0..20).map(|_| fmu.instantiate(false)).collect();
     for (k, &c) in all.iter().enumerate() {
@@ -310,7 +310,7 @@ fn many_instances_do_not_disturb_one_another() {
 }
 
 #[test]
-fn states_survive_as_bytes_and_damaged_or_foreign_ones_are_refused() {
+fn serialised_states_round_trip_and_damaged_or_foreign_ones_are_refused() {
     let fmu = unpack();
     let c = fmu.instantiate(false);
     initialise(c);
@@ -363,7 +363,7 @@ fn states_survive_as_bytes_and_damaged_or_foreign_ones_are_refused() {
 }
 
 #[test]
-fn derivatives_are_exact_and_asked_for_where_they_make_sense() {
+fn derivatives_are_exact_and_refused_for_invalid_variables() {
     let fmu = unpack();
     let c = fmu.instantiate(false);
     let slope = |unknown: u32, known: u32, derivative: &mut f64| unsafe {
@@ -374,7 +374,7 @@ fn derivatives_are_exact_and_asked_for_where_they_make_sense() {
     assert_eq!((slope(Y, U, &mut derivative), derivative), (Status::Ok, 1.0));
     let sentence = "by variable 'y' can be asked for in state 'initialization mode', only by inputs, for";
     assert_refused(slope(rate, Y, &mut derivative), sentence);
-    // FMI lists parameters among the knowns here.
+    // The standard lists parameters among the knowns here.
     assert_refused(slope(Y, GAIN, &mut derivative), "by parameters, such as 'gain', are not computed");
     unsafe { fmi2ExitInitializationMode(c) };
     set(c, U, 1.0);
@@ -395,7 +395,7 @@ fn derivatives_are_exact_and_asked_for_where_they_make_sense() {
 }
 
 #[test]
-fn an_importer_integrates() {
+fn importer_integrates_the_lag() {
     let fmu = unpack();
     let c = fmu.made_for(squid_fmi2::Interface::ModelExchange, false);
     let (steps, mut state, mut rate) = (2000, 0.0, 0.0);
@@ -450,7 +450,7 @@ fn an_importer_integrates() {
 }
 
 #[test]
-fn an_fmu_of_one_interface_refuses_the_other() {
+fn fmu_with_one_interface_refuses_the_other() {
     for (word, offered, other) in [
         ("CoSimulation", Interface::CoSimulation, Interface::ModelExchange),
         ("ModelExchange", Interface::ModelExchange, Interface::CoSimulation),
@@ -472,7 +472,7 @@ fn an_fmu_of_one_interface_refuses_the_other() {
 }
 
 #[test]
-fn the_description_offers_the_interface_of_the_resource() {
+fn description_offers_the_interface_of_the_resource() {
     let of = |word: Option<&str>| {
         let gain = [("gain.txt", "2.0")];
         let files: Resources = gain.into_iter().chain(word.map(|word| (INTERFACE_RESOURCE, word))).collect();
@@ -491,9 +491,9 @@ fn the_description_offers_the_interface_of_the_resource() {
     assert!(refused.ends_with(expected), "{refused}");
 }
 
-/// As CasADi does, which sets states and inputs in one call.
+/// CasADi sets states and inputs in one call.
 #[test]
-fn states_are_set_like_inputs_in_model_exchange() {
+fn set_real_sets_states_in_model_exchange() {
     let fmu = unpack();
     for continuous in [false, true] {
         let c = fmu.made_for(Interface::ModelExchange, false);
@@ -503,7 +503,7 @@ fn states_are_set_like_inputs_in_model_exchange() {
         }
         sets_the_state(c);
     }
-    // In co-simulation the FMU integrates.
+    // The FMU integrates in co-simulation.
     let c = fmu.instantiate(false);
     initialise(c);
     unsafe {
@@ -512,7 +512,7 @@ fn states_are_set_like_inputs_in_model_exchange() {
     }
 }
 
-/// Sets state and input of the lag at once, then with a value that is refused, and frees it.
+/// Sets state and input of the lag in one call, then with a value that is refused, and frees the instance.
 fn sets_the_state(c: Component) {
     let (mut rate, mut state) = (0.0, 0.0);
     unsafe {

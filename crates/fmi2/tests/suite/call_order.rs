@@ -1,5 +1,5 @@
-//! The orders in which importers call: legal ones of the standard that are seldom seen, all of which must work
-//! without a message, and what the standard leaves to the FMU.
+//! Call sequences of importers: rare but legal sequences, which must work without a message, and behaviour that
+//! the standard leaves to the FMU.
 
 use std::ffi::CString;
 use std::ptr::{null, null_mut};
@@ -12,10 +12,10 @@ fn quiet() {
     assert_eq!(messages(), Vec::<String>::new());
 }
 
-/// As the FMU Compliance Checker does: all settings, all derivatives, the event loop, no indicator, `terminate` while
-/// continuous.
+/// Follows the FMU Compliance Checker: all settings, all derivatives, the event loop, no indicator, `terminate` in
+/// continuous-time mode.
 #[test]
-fn model_exchange_as_a_checker_calls_it() {
+fn supports_the_calls_of_the_compliance_checker() {
     let fmu = unpack();
     let c = fmu.made_for(Interface::ModelExchange, false);
     let (mut info, mut state, mut rate) =
@@ -64,9 +64,9 @@ fn model_exchange_as_a_checker_calls_it() {
     quiet();
 }
 
-/// Reset at any time, then everything anew with other settings.
+/// A reset at any time allows a new simulation with other settings.
 #[test]
-fn reset_makes_a_new_instance() {
+fn reset_instance_equals_a_new_one() {
     let fmu = unpack();
     let c = fmu.instantiate(false);
     unsafe {
@@ -101,7 +101,7 @@ fn reset_makes_a_new_instance() {
 }
 
 #[test]
-fn no_experiment_is_needed_and_a_second_one_counts() {
+fn setup_experiment_is_optional_and_the_last_call_applies() {
     let fmu = unpack();
     unsafe {
         let c = fmu.instantiate(false);
@@ -124,10 +124,10 @@ fn no_experiment_is_needed_and_a_second_one_counts() {
     quiet();
 }
 
-/// A step of no length, as masters try it for an event, is refused, and the next one goes on from where the last one
-/// ended.
+/// A step of zero length, which some masters use for an event, is refused; the next step continues from the end of
+/// the last one.
 #[test]
-fn a_refused_step_changes_nothing() {
+fn refused_step_changes_nothing() {
     let fmu = unpack();
     let c = fmu.instantiate(false);
     unsafe {
@@ -153,10 +153,9 @@ fn a_refused_step_changes_nothing() {
     quiet();
 }
 
-/// `fmi2GetStatus` speaks of steps, not of calls that came when there could be none, nor of a time before a state was
-/// restored.
+/// `fmi2GetStatus` refers to steps, not to calls in phases without steps, nor to steps before a state was restored.
 #[test]
-fn the_status_is_that_of_the_last_step() {
+fn status_is_that_of_the_last_step() {
     let fmu = unpack();
     let c = fmu.instantiate(false);
     let status = || unsafe {
@@ -182,7 +181,7 @@ fn the_status_is_that_of_the_last_step() {
 }
 
 #[test]
-fn an_unknown_category_is_refused_and_the_known_ones_stay() {
+fn refuses_unknown_category_and_keeps_the_filter() {
     let fmu = unpack();
     let c = fmu.instantiate(false);
     let (known, unknown) = (c"logStatusWarning".as_ptr(), c"logAll the same".as_ptr());
@@ -199,9 +198,9 @@ fn an_unknown_category_is_refused_and_the_known_ones_stay() {
     }
 }
 
-/// Every spelling of the resource location, with callbacks of which each may be missing.
+/// Every variant of the resource location is accepted, with and without callbacks.
 #[test]
-fn every_spelling_of_the_location_will_do() {
+fn accepts_every_variant_of_the_location() {
     let fmu = unpack();
     let path = fmu.uri.to_str().unwrap().strip_prefix("file://").unwrap().to_owned();
     for uri in [

@@ -1,5 +1,5 @@
-//! Every function in every state, through the C ABI: what the standard allows works, what it forbids is refused in a
-//! sentence and changes nothing.
+//! Every function in every state, through the C ABI: legal calls work; illegal calls are refused with one sentence and
+//! change nothing.
 
 use std::ffi::c_int;
 use std::ptr::{null, null_mut};
@@ -16,7 +16,7 @@ const LABEL: u32 = 5;
 const METHOD: u32 = 6;
 const RATE: u32 = 8;
 
-/// A fresh instance in the given phase.
+/// Returns a new instance in the given phase.
 fn in_phase(fmu: &Unpacked, interface: Interface, phase: Phase) -> Component {
     let c = fmu.made_for(interface, false);
     unsafe {
@@ -53,7 +53,7 @@ fn in_phase(fmu: &Unpacked, interface: Interface, phase: Phase) -> Component {
     c
 }
 
-/// A state from another instance, so that functions on states have one to work on.
+/// A state of another instance, for the functions on states.
 struct Stored {
     owner: Component,
     state: FmuState,
@@ -84,9 +84,9 @@ impl Drop for Stored {
     }
 }
 
-/// Calls a function with arguments that are right in a phase that allows it.
+/// Calls a function with arguments that are valid in a phase that allows it.
 fn call(c: Component, function: Function, stored: &Stored) -> Status {
-    let (mut real, mut whole, mut text, mut state) = (0.0, 0, null(), null_mut());
+    let (mut real, mut integer, mut text, mut state) = (0.0, 0, null(), null_mut());
     let mut bytes = stored.bytes.clone();
     let size = bytes.len();
     unsafe {
@@ -102,8 +102,8 @@ fn call(c: Component, function: Function, stored: &Stored) -> Status {
             Function::Terminate => fmi2Terminate(c),
             Function::Reset => fmi2Reset(c),
             Function::GetReal => fmi2GetReal(c, &Y, 1, &mut real),
-            Function::GetInteger => fmi2GetInteger(c, &COUNT, 1, &mut whole),
-            Function::GetBoolean => fmi2GetBoolean(c, &ARMED, 1, &mut whole),
+            Function::GetInteger => fmi2GetInteger(c, &COUNT, 1, &mut integer),
+            Function::GetBoolean => fmi2GetBoolean(c, &ARMED, 1, &mut integer),
             Function::GetString => fmi2GetString(c, &LABEL, 1, &mut text),
             Function::SetReal => fmi2SetReal(c, &U, 1, &1.0),
             Function::SetBoolean => fmi2SetBoolean(c, &ARMED, 1, &1),
@@ -129,7 +129,7 @@ fn call(c: Component, function: Function, stored: &Stored) -> Status {
             Function::EnterEventMode => fmi2EnterEventMode(c),
             Function::NewDiscreteStates => fmi2NewDiscreteStates(c, &mut EventInfo::default()),
             Function::EnterContinuousTimeMode => fmi2EnterContinuousTimeMode(c),
-            Function::CompletedIntegratorStep => fmi2CompletedIntegratorStep(c, 1, &mut whole, &mut 0),
+            Function::CompletedIntegratorStep => fmi2CompletedIntegratorStep(c, 1, &mut integer, &mut 0),
             Function::SetTime => fmi2SetTime(c, 0.5),
             Function::SetContinuousStates => fmi2SetContinuousStates(c, &0.5, 1),
             Function::GetDerivatives => fmi2GetDerivatives(c, &mut real, 1),
@@ -142,14 +142,14 @@ fn call(c: Component, function: Function, stored: &Stored) -> Status {
             Function::CancelStep => fmi2CancelStep(c),
             Function::GetStatus => fmi2GetStatus(c, 0, &mut Status::Ok),
             Function::GetRealStatus => fmi2GetRealStatus(c, 2, &mut real),
-            Function::GetIntegerStatus => fmi2GetIntegerStatus(c, 0, &mut whole),
-            Function::GetBooleanStatus => fmi2GetBooleanStatus(c, 3, &mut whole),
+            Function::GetIntegerStatus => fmi2GetIntegerStatus(c, 0, &mut integer),
+            Function::GetBooleanStatus => fmi2GetBooleanStatus(c, 3, &mut integer),
             Function::GetStringStatus => fmi2GetStringStatus(c, 1, &mut text),
         }
     }
 }
 
-/// The phase after a legal call.
+/// Returns the phase after a legal call.
 fn phase_after(function: Function, interface: Interface, before: Phase) -> Phase {
     let running = match interface {
         Interface::CoSimulation => Phase::Step,
@@ -166,16 +166,16 @@ fn phase_after(function: Function, interface: Interface, before: Phase) -> Phase
     }
 }
 
-/// What the status of a legal call is.
+/// Returns the expected status of a legal call.
 fn status_of(function: Function) -> Status {
     match function {
-        // No kind of status is an integer, and a text is there of pending steps only (section 4.2.3).
+        // No kind of status is an integer, and strings describe pending steps only (section 4.2.3).
         Function::GetIntegerStatus | Function::GetStringStatus => Status::Discard,
         _ => Status::Ok,
     }
 }
 
-/// The phase as a function tells it that is legal in initialization mode alone.
+/// Returns the phase, as reported by a function that is legal in initialization mode only.
 fn phase_of(c: Component) -> Phase {
     if unsafe { fmi2ExitInitializationMode(c) } == Status::Ok {
         return Phase::Initialization;
@@ -185,7 +185,7 @@ fn phase_of(c: Component) -> Phase {
     Phase::ALL.into_iter().find(named).unwrap_or_else(|| panic!("{logged}"))
 }
 
-/// Everything of an instance, as it would be serialised; `None` where that is forbidden.
+/// Returns the serialised state of an instance; `None` if serialisation is illegal.
 fn bytes_of(c: Component, owner: Component) -> Option<Vec<u8>> {
     let (mut state, mut size) = (null_mut(), 0);
     unsafe {
@@ -201,7 +201,7 @@ fn bytes_of(c: Component, owner: Component) -> Option<Vec<u8>> {
     }
 }
 
-/// The functions that are called on an instance and have a status.
+/// Returns the functions that take an instance and return a status.
 fn of_an_instance() -> impl Iterator<Item = Function> {
     let others =
         [Function::GetTypesPlatform, Function::GetVersion, Function::Instantiate, Function::FreeInstance];
@@ -214,9 +214,9 @@ fn every_state() -> impl Iterator<Item = (Interface, Phase)> {
 }
 
 #[test]
-fn legal_calls_work_and_lead_where_the_standard_says() {
+fn legal_calls_succeed_and_lead_to_the_phase_of_the_standard() {
     let fmu = unpack();
-    let mut walked = 0;
+    let mut calls = 0;
     for (interface, phase) in every_state() {
         let stored = Stored::new(&fmu, interface);
         for function in of_an_instance().filter(|one| standard(*one, interface, phase) == Some(true)) {
@@ -227,18 +227,18 @@ fn legal_calls_work_and_lead_where_the_standard_says() {
             assert_eq!((status, logged.len()), (status_of(function), 0), "{context}: {logged:?}");
             assert_eq!(phase_of(c), phase_after(function, interface, phase), "{context}");
             unsafe { fmi2FreeInstance(c) };
-            walked += 1;
+            calls += 1;
         }
     }
     let allowed =
         [CO_SIMULATION, MODEL_EXCHANGE].join("").split_whitespace().filter(|one| *one == "x").count();
-    assert_eq!(walked, allowed, "every call that the standard allows");
+    assert_eq!(calls, allowed, "every call that the standard allows");
 }
 
 #[test]
-fn illegal_calls_are_refused_in_a_sentence_and_change_nothing() {
+fn illegal_calls_are_refused_and_change_nothing() {
     let fmu = unpack();
-    let mut walked = 0;
+    let mut calls = 0;
     for (interface, phase) in every_state() {
         let stored = Stored::new(&fmu, interface);
         for function in of_an_instance().filter(|one| standard(*one, interface, phase) != Some(true)) {
@@ -257,15 +257,15 @@ fn illegal_calls_are_refused_in_a_sentence_and_change_nothing() {
             assert_eq!(bytes_of(c, stored.owner), before, "{context}");
             assert_eq!(phase_of(c), phase, "{context}");
             unsafe { fmi2FreeInstance(c) };
-            walked += 1;
+            calls += 1;
         }
     }
-    assert!(walked > 250, "{walked} illegal calls");
+    assert!(calls > 250, "{calls} illegal calls");
     assert_eq!(of_an_instance().count(), 40);
 }
 
 #[test]
-fn functions_without_an_instance_and_free_work_in_every_state() {
+fn functions_without_instance_and_free_work_in_every_state() {
     let fmu = unpack();
     for (interface, phase) in every_state() {
         let c = in_phase(&fmu, interface, phase);
@@ -282,7 +282,7 @@ fn functions_without_an_instance_and_free_work_in_every_state() {
 }
 
 #[test]
-fn without_an_instance_every_function_returns_an_error() {
+fn every_function_returns_an_error_without_instance() {
     let fmu = unpack();
     let stored = Stored::new(&fmu, Interface::CoSimulation);
     for function in of_an_instance() {
@@ -292,7 +292,7 @@ fn without_an_instance_every_function_returns_an_error() {
 }
 
 #[test]
-fn after_an_error_a_reset_or_an_earlier_state_goes_on() {
+fn reset_or_restored_state_recovers_from_an_error() {
     let fmu = unpack();
     for interface in BOTH {
         let stored = Stored::new(&fmu, interface);
@@ -311,9 +311,9 @@ fn after_an_error_a_reset_or_an_earlier_state_goes_on() {
     }
 }
 
-/// What changes at events only is not set between them (footnote of the table in section 3.2.3).
+/// Variables that change at events only are refused (footnote of the table in section 3.2.3).
 #[test]
-fn in_continuous_time_mode_continuous_inputs_and_states_alone_are_set() {
+fn continuous_time_mode_sets_continuous_inputs_only() {
     let fmu = unpack();
     let c = in_phase(&fmu, Interface::ModelExchange, Phase::Continuous);
     let refused: [c_int; 3] = unsafe {

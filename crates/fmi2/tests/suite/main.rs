@@ -1,4 +1,4 @@
-//! All tests in one program, which exports the C functions once.
+//! All tests in one binary, which exports the C functions once.
 #![allow(unsafe_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod c_abi;

@@ -6,9 +6,9 @@ use crate::example::Lag;
 use crate::importer::*;
 use squid_fmi2::abi::{FmuState, Status};
 
-/// A state is there to be read by any number of instances at once.
+/// Any number of instances may read a state concurrently.
 #[test]
-fn one_state_serves_instances_in_several_threads() {
+fn instances_in_several_threads_restore_one_state() {
     const fn may_be_shared<T: Sync>() {}
     const { may_be_shared::<squid_fmi2::Snapshot<Lag>>() };
     let fmu = unpack();

@@ -1,6 +1,6 @@
-//! Random calls with random arguments through the C ABI of each FMU: none may show a defect, and each returns a status.
-//! `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` stores cases that once reached something
-//! new.
+//! Random calls with random arguments through the C ABI of each FMU: each returns a status, and none exposes a defect.
+//! `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` extend the run; `corpus` stores cases with outcomes that were new when
+//! found.
 
 use std::ffi::{c_char, c_int};
 use std::ptr::{null, null_mut};
@@ -61,7 +61,7 @@ struct Held {
     bytes: Vec<u8>,
 }
 
-/// Maps a number to a step size. Long steps are left to other tests; absurd ones, which are refused, are not.
+/// Maps a number to a step size. Long steps are covered by other tests; absurd ones, which are refused, are kept.
 fn step_size(number: f64) -> f64 {
     if (0.2..=86_400.0).contains(&number) { 0.2 } else { number }
 }
@@ -239,7 +239,7 @@ fn survives<M: Model>(fmu: &Unpacked<M>, interface: Interface, calls: &Calls) ->
 
 /// Runs the same calls on an FMU with lag in all actuators, on one with an actuator without lag, on one whose
 /// controller has separate references and measurements, and on one in six degrees of freedom.
-fn tried<M: Model>(name: &str, interface: Interface) {
+fn run_on_all<M: Model>(name: &str, interface: Interface) {
     let files =
         [example::resources(), example::without_lag(), example::with_two_degrees(), example::turning()];
     let fmus = files.map(|files| Unpacked::<M>::new(&files));
@@ -247,26 +247,26 @@ fn tried<M: Model>(name: &str, interface: Interface) {
 }
 
 #[test]
-fn plant_survives_co_simulation() {
-    tried::<PlantModel>("plant_calls", Interface::CoSimulation);
+fn plant_handles_random_co_simulation_calls() {
+    run_on_all::<PlantModel>("plant_calls", Interface::CoSimulation);
 }
 
 #[test]
-fn plant_survives_model_exchange() {
-    tried::<PlantModel>("plant_exchange_calls", Interface::ModelExchange);
+fn plant_handles_random_model_exchange_calls() {
+    run_on_all::<PlantModel>("plant_exchange_calls", Interface::ModelExchange);
 }
 
 #[test]
-fn controller_survives() {
-    tried::<Controller>("controller_calls", Interface::CoSimulation);
+fn controller_handles_random_calls() {
+    run_on_all::<Controller>("controller_calls", Interface::CoSimulation);
 }
 
 #[test]
-fn loop_survives_co_simulation() {
-    tried::<ClosedLoop>("squid_calls", Interface::CoSimulation);
+fn loop_handles_random_co_simulation_calls() {
+    run_on_all::<ClosedLoop>("squid_calls", Interface::CoSimulation);
 }
 
 #[test]
-fn loop_survives_model_exchange() {
-    tried::<ClosedLoop>("squid_exchange_calls", Interface::ModelExchange);
+fn loop_handles_random_model_exchange_calls() {
+    run_on_all::<ClosedLoop>("squid_exchange_calls", Interface::ModelExchange);
 }

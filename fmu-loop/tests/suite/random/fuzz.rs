@@ -1,14 +1,14 @@
 //! Random cases with a stored corpus:
 //!
 //! ```text
-//! replay tests/corpus/NAME.jsonl -> random cases, half of them grown from the corpus
+//! replay tests/corpus/NAME.jsonl -> random cases, half of them derived from the corpus
 //!                                -> more of them for SQUID_FUZZ_MINUTES
 //! ```
 //!
 //! A property returns the outcomes of its case as texts ("fmi2SetReal: variable may not be set in state"). A run with
-//! `SQUID_FUZZ_MINUTES` shortens the first case with a new outcome as far as possible and adds it to the corpus, from
-//! which every later run replays it; a case that is not short when the time is over is left to another run. Every run
-//! adds cases that fail.
+//! `SQUID_FUZZ_MINUTES` simplifies the first case with a new outcome as far as possible and adds it to the corpus, from
+//! which every later run replays it; a case whose simplification is not finished in time is left to another run. Every
+//! run adds failing cases.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -29,7 +29,7 @@ use serde::de::DeserializeOwned;
 /// Outcomes of a case.
 pub type Seen = BTreeSet<String>;
 
-/// Time after which a case counts as a failure, because it would keep a host waiting.
+/// Time limit of a case; exceeding it is a failure, because the host would hang.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Number of cases between two checks of the time.
@@ -38,7 +38,7 @@ const BATCH: u32 = 200;
 /// Number of words of a sentence that identify its reason.
 const WORDS: usize = 10;
 
-/// A random case that can be grown from stored ones and be simplified.
+/// A random case that can be derived from stored cases and be simplified.
 pub trait Case: Serialize + DeserializeOwned + Clone + Debug + 'static {
     /// Returns the strategy for arbitrary cases.
     fn fresh() -> BoxedStrategy<Self>;
@@ -108,7 +108,7 @@ impl<T: Case> Corpus<T> {
         prop_oneof![T::fresh(), grown].boxed()
     }
 
-    /// Tries `PROPTEST_CASES` cases, or one batch of a long run, which has an end.
+    /// Tries `PROPTEST_CASES` cases, or one batch of a run with an end time.
     fn batch(&mut self, end: Option<Instant>, property: &impl Fn(&T) -> Seen) -> u32 {
         let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::default() };
         let config = if end.is_some() { ProptestConfig { cases: BATCH, ..config } } else { config };
@@ -161,7 +161,7 @@ impl<T: Case> Corpus<T> {
     }
 }
 
-/// Ends the process if a case takes too long, since a call that never returns cannot be caught.
+/// Watchdog that ends the process if a case takes too long, since a call that never returns cannot be caught.
 struct Watch {
     tell: Mutex<Sender<Option<String>>>,
 }

@@ -1,6 +1,6 @@
-//! Random changes of resource files: a model that loads them starts, steps and is freed, or refuses with a message;
-//! nothing panics. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` make the run longer; `corpus` stores cases that once
-//! reached something new.
+//! Random changes of resource files: a model either loads them, starts, steps and is freed, or refuses them with a
+//! message, without a panic. `PROPTEST_CASES` and `SQUID_FUZZ_MINUTES` extend the run; `corpus` stores cases with
+//! outcomes that were new when found.
 
 use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
@@ -168,17 +168,17 @@ fn survives_of<M: Model>(whole: &Resources, files: &[&str], changes: &Changes) -
 }
 
 #[test]
-fn plants_survive() {
+fn plant_handles_changed_resources() {
     fuzz::run("plant_resources", |changes| survives::<PlantModel>(&FILES[..2], changes));
 }
 
 #[test]
-fn controllers_survive() {
+fn controller_handles_changed_resources() {
     fuzz::run("controller_resources", |changes| survives::<Controller>(&FILES[2..3], changes));
 }
 
 #[test]
-fn loops_survive() {
+fn loop_handles_changed_resources() {
     fuzz::run("squid_resources", |changes| survives::<ClosedLoop>(&FILES, changes));
 }
 

@@ -1,6 +1,6 @@
 //! Random changes of serialised states: an accidental change is refused by the checksum; a change with a valid checksum
 //! is refused with a message or simulated, without a panic or an endless loop. `PROPTEST_CASES` and
-//! `SQUID_FUZZ_MINUTES` make the run longer; `corpus` stores cases that once reached something new.
+//! `SQUID_FUZZ_MINUTES` extend the run; `corpus` stores cases with outcomes that were new when found.
 
 use std::ptr::null_mut;
 
@@ -133,7 +133,7 @@ fn changed(bytes: &[u8], changes: &[Change]) -> [Vec<u8>; 2] {
     [damaged, sealed]
 }
 
-/// Continues from whatever the state is, calling everything on the way.
+/// Continues from any state, and calls all functions.
 fn go_on<M: Model>(c: Component, interface: Interface, at: f64) {
     let mut numbers = [0.0; 9];
     let mut event = EventInfo::default();
@@ -186,16 +186,16 @@ fn tried<M: Model>(name: &str) {
 }
 
 #[test]
-fn states_of_plants_are_read_or_refused() {
+fn plant_restores_or_refuses_changed_states() {
     tried::<PlantModel>("plant_states");
 }
 
 #[test]
-fn states_of_controllers_are_read_or_refused() {
+fn controller_restores_or_refuses_changed_states() {
     tried::<Controller>("controller_states");
 }
 
 #[test]
-fn states_of_loops_are_read_or_refused() {
+fn loop_restores_or_refuses_changed_states() {
     tried::<ClosedLoop>("squid_states");
 }

@@ -1,4 +1,4 @@
-//! Flies a plan by any importer: all step, then all signals are exchanged.
+//! Simulation of a plan with any importer: all slaves step, then all signals are exchanged.
 
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -8,7 +8,7 @@ use std::io::{BufWriter, Write};
 
 pub type Failure = Box<dyn Error>;
 
-/// An FMU in an importer's hands, set up from time 0 on.
+/// An FMU instantiated by an importer, with the start time 0.
 pub trait Slave: Sized {
     fn new(name: &str, path: &str) -> Result<Self, Failure>;
     fn get(&mut self, name: &str) -> Result<f64, Failure>;
@@ -16,7 +16,7 @@ pub trait Slave: Sized {
     fn enter_initialization(&mut self) -> Result<(), Failure>;
     fn exit_initialization(&mut self) -> Result<(), Failure>;
     fn step(&mut self, at: f64, size: f64) -> Result<(), Failure>;
-    /// Before it is freed, where the importer can.
+    /// Terminates the FMU before it is freed, if the importer supports it.
     fn terminate(&mut self) -> Result<(), Failure>;
 }
 
@@ -24,7 +24,7 @@ pub trait Slave: Sized {
 struct Slaves<S>(BTreeMap<String, S>);
 
 impl<S: Slave> Slaves<S> {
-    /// The slave of `slave.variable`, and the variable's name.
+    /// Returns the slave of `slave.variable`, and the name of the variable.
     fn find<'p>(&mut self, path: &'p str) -> Result<(&mut S, &'p str), Failure> {
         let (slave, variable) = path.split_once('.').ok_or("a path is slave.variable")?;
         Ok((self.0.get_mut(slave).ok_or("there is no such slave")?, variable))
@@ -71,7 +71,7 @@ fn fly<S: Slave>(plan: &Value) -> Result<(), Failure> {
     let count = plan["count"].as_u64().ok_or("a plan has a count")?;
     let every = plan["every"].as_u64().ok_or("a plan says how often to record")?;
     slaves.0.values_mut().try_for_each(S::enter_initialization)?;
-    // A command at the start follows from a measurement at the start.
+    // Commands at the start depend on measurements at the start, hence one exchange per slave.
     (0..slaves.0.len()).try_for_each(|_| slaves.exchange(&connections))?;
     slaves.0.values_mut().try_for_each(S::exit_initialization)?;
     let mut out = BufWriter::new(File::create(text(&plan["out"])?)?);
@@ -91,7 +91,7 @@ fn fly<S: Slave>(plan: &Value) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
-/// Flies the plan that is named on the command line.
+/// Runs the plan named on the command line.
 pub fn run<S: Slave>() -> Result<(), Failure> {
     let path = std::env::args().nth(1).ok_or("the file of a plan is missing")?;
     fly::<S>(&serde_json::from_str(&std::fs::read_to_string(path)?)?)

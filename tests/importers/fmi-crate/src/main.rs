@@ -1,4 +1,4 @@
-//! Flies a plan by the crate `fmi`: `fly-fmi PLAN.json`.
+//! Runs a plan with the crate `fmi`: `fly-fmi PLAN.json`.
 
 use fly_plan::{Failure, Slave, run};
 use fmi::CS;
@@ -7,7 +7,7 @@ use fmi::fmi2::instance::{CoSimulation, Common, Instance};
 use fmi::traits::FmiImport;
 use std::collections::HashMap;
 
-/// An instance and its value references by name; the import is what keeps the unpacked files there.
+/// An instance and its value references by name; the import owns the unpacked files.
 struct Flown {
     instance: Instance<CS>,
     _import: Fmi2Import,

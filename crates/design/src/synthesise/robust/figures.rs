@@ -49,7 +49,7 @@ pub struct RobustFigures {
     pub remainder: (f64, f64),
     /// Parameters without channels in the model.
     pub left_out: Vec<String>,
-    /// Why the rounds ended.
+    /// Reason for which the rounds ended.
     pub stop: String,
 }
 
@@ -121,7 +121,7 @@ impl RobustFigures {
         declared_without(&self.left_out)
     }
 
-    /// What the proof does not cover, with its size, in a sentence or two.
+    /// Describes the error that the proof does not cover, with its size, in one or two sentences.
     pub fn not_proved(&self) -> String {
         let (least, most) = self.remainder;
         let held = match self.left_out.as_slice() {

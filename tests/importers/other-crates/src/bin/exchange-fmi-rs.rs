@@ -1,6 +1,6 @@
-//! Integrates an FMU by model exchange with the crate `fmi-rs`, which takes steps of Euler's method and looks at the
-//! model description first: `exchange-fmi-rs PLAN.json`, of which the one FMU, step, count, every, record and out
-//! count.
+//! Integrates an FMU for model exchange with the crate `fmi-rs`, by Euler's method, after it has checked the model
+//! description: `exchange-fmi-rs PLAN.json`, which uses the only FMU, step, count, every, record and out of the
+//! plan.
 
 use fly_plan::Failure;
 use fmi_rs::fmi2::builder::FMU2Builder;

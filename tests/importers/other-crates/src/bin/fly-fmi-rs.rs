@@ -1,4 +1,4 @@
-//! Flies a plan by the crate `fmi-rs`, and lets it look at the model description first: `fly-fmi-rs PLAN.json`.
+//! Runs a plan with the crate `fmi-rs`, after it has checked the model description: `fly-fmi-rs PLAN.json`.
 #![allow(non_snake_case)]
 
 use fly_plan::{Failure, Slave, run};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 struct Flown {
     instance: Arc<FMU2<CS>>,
     references: HashMap<String, u32>,
-    /// Keeps the unpacked files there.
+    /// Owner of the unpacked files.
     _builder: FMU2Builder,
 }
 

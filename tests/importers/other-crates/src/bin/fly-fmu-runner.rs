@@ -1,4 +1,4 @@
-//! Flies a plan by the crate `fmu-runner`: `fly-fmu-runner PLAN.json`.
+//! Runs a plan with the crate `fmu-runner`: `fly-fmu-runner PLAN.json`.
 
 use fly_plan::{Failure, Slave, run};
 use fmu_runner::model_description::ScalarVariable;
@@ -42,7 +42,7 @@ impl Slave for Runner {
         Ok(self.0.do_step(at, size, true)?)
     }
 
-    /// It frees without it.
+    /// Does nothing: the crate frees the instance without terminating it.
     fn terminate(&mut self) -> Result<(), Failure> {
         Ok(())
     }
