@@ -16,7 +16,7 @@ pub enum SystemError {
         /// The shape required by the other matrices.
         expected: (usize, usize),
     },
-    /// In a linear fractional transformation `I - D Theta` is singular.
+    /// The matrix `I - D Theta` of a linear fractional transformation is singular.
     #[error("the linear fractional transformation is not well posed at theta = {theta:?}")]
     NotWellPosed { theta: Vec<f64> },
     /// There must be samples.
@@ -49,7 +49,7 @@ pub enum SystemError {
          or the controls"
     )]
     DirectPath,
-    /// In a sampled loop rounding grows with each doubling of the time.
+    /// Rounding in a sampled loop grows with each doubling of the time.
     #[error(
         "over one sample the plant and its worst input change by a factor of {size:.1e}, too much to compute: \
          leave out what is faster than a millionth of the sample time, or scale w, z and the states alike"
@@ -160,12 +160,12 @@ pub enum SynthesisError {
 }
 
 impl SynthesisError {
-    /// [`SynthesisError::Numerical`].
+    /// Returns [`SynthesisError::Numerical`].
     pub fn numerical(stage: &'static str, diagnosis: impl Into<String>) -> Self {
         Self::Numerical { stage, diagnosis: diagnosis.into() }
     }
 
-    /// No controller within the limit was found, but it is not shown that none exists.
+    /// Returns the error if no controller within the limit was found but none is excluded.
     pub(crate) fn undecided(gamma: f64, lower: f64, limit: f64) -> Self {
         let diagnosis = format!(
             "the least gamma found is {gamma:.6e}, above the limit {limit:.6e}, but only below {lower:.6e} is it \
@@ -174,7 +174,7 @@ impl SynthesisError {
         Self::numerical("limit of gamma", diagnosis)
     }
 
-    /// Whether the problem is known to have no solution, in contrast to a failure to find one.
+    /// Returns `true` if the problem is known to have no solution, in contrast to a failure to find one.
     pub fn is_infeasible(&self) -> bool {
         matches!(
             self,
@@ -194,7 +194,7 @@ fn dominant_words(dominant: &Option<(usize, usize, f64)>) -> String {
     })
 }
 
-/// A number for display with four decimals: 0 instead of -0.0000.
+/// Returns a number for display with four decimals: 0 instead of -0.0000.
 fn shown(v: f64) -> f64 {
     if v.abs() < 0.5e-4 { 0.0 } else { v }
 }

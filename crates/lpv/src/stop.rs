@@ -32,7 +32,7 @@ impl Stop {
     }
 }
 
-/// Whether the current thread is to stop.
+/// Returns `true` if the current thread is to stop.
 pub fn is_requested() -> bool {
     INSTALLED.with_borrow(|installed| installed.as_ref().is_some_and(|stop| stop.0.load(Ordering::Relaxed)))
 }
