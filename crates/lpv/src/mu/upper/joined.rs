@@ -1,4 +1,4 @@
-//! Scalings of a system from those of its components.
+//! Scalings of a system, combined from those of its components.
 
 use super::scaling::DgScalings;
 use crate::mu::CMat;
@@ -6,8 +6,8 @@ use crate::mu::components::Component;
 use crate::mu::structure::Structure;
 use nalgebra::Complex;
 
-/// The scalings of all components, each with a weight that makes the paths to it a small share of Phi at the bound
-/// `beta`.
+/// Returns the scalings of all components, each with a weight that makes the paths to it a small share of Phi at the
+/// bound `beta`.
 pub(super) fn weighted(
     all: &[CMat],
     structure: &Structure,
@@ -36,8 +36,8 @@ pub(super) fn weighted(
     out
 }
 
-/// The sizes of `D_z^1/2 L D^-1/2` and `D_w^-1/2 (M* D_z + j G) L D^-1/2`, where L leads from components with the
-/// scalings D to one with the scalings D_w, D_z and G.
+/// Returns the sizes of `D_z^1/2 L D^-1/2` and `D_w^-1/2 (M* D_z + j G) L D^-1/2`, where L leads from components with
+/// the scalings D to one with the scalings D_w, D_z and G.
 fn couplings(led: &CMat, m: &CMat, scalings: &DgScalings, before: CMat) -> Option<(f64, f64)> {
     let (dw, dz) = (scalings.dw.clone().cholesky()?, scalings.dz.clone().cholesky()?);
     let before = before.cholesky()?;
