@@ -7,14 +7,14 @@ use crate::system::{LoopError, StateSpace, middle_of_gramians};
 /// The augmented loop, as maps from `(x, f | wt, v, w_D, w)`: f are the states of the filters of zt, then of wt; v is
 /// the contribution of the parameters' rates to the filters of wt. `x~ = back x`.
 pub(super) struct Filtered {
-    /// To x' and f'.
+    /// Map to x' and f'.
     pub(super) dynamics: Mat,
-    /// To the channels zt and wt and the filtered ones, then to the channels of the rates.
+    /// Map to the channels zt and wt and the filtered ones, then to the channels of the rates.
     pub(super) into: Mat,
     pub(super) from: Mat,
-    /// To z_D and w_D of each model error.
+    /// Maps to z_D and w_D of each model error.
     pub(super) errors: Vec<(Mat, Mat)>,
-    /// To z.
+    /// Map to z.
     pub(super) output: Mat,
     /// Sizes of (x, f) and w.
     pub(super) states: usize,
@@ -29,7 +29,7 @@ pub(super) struct Filtered {
 }
 
 impl Filtered {
-    /// The augmented loop with `zt = scale zt~`, `wt = scale wt~`, and w and z in units in which a gain of `unit` is 1.
+    /// Builds the augmented loop with `zt = scale zt~`, `wt = scale wt~`, and w and z in units in which `unit` is 1.
     pub(super) fn new(of: &ConstantLoop, unit: f64, scale: &Mat) -> Self {
         let inverse = scale.map(|s| if s > 0.0 { 1.0 / s } else { 0.0 });
         let n = of.closed.a().nrows();
@@ -47,7 +47,7 @@ impl Filtered {
         let (r, w, k, v) = (l.channels.len(), l.b1().ncols(), filtered.len(), moving.len());
         let deltas: usize = errors.iter().map(|e| e.e.ncols()).sum();
         let zeros = Mat::zeros;
-        // The first columns of the filters' states, wt, v and w_D, and the end.
+        // Indices of the first columns of the filters' states, wt, v and w_D, and the end.
         let (of_zt, of_wt, wt) = (n, n + k, n + 2 * k);
         let (rate, delta) = (wt + r, wt + r + v);
         let place =
@@ -91,7 +91,7 @@ impl Filtered {
         }
     }
 
-    /// The loop in coordinates of its first `loop_states` states in which its gramians are equal and diagonal.
+    /// Returns the loop in coordinates of its first `loop_states` states in which its gramians are equal and diagonal.
     pub(super) fn balanced(mut self) -> Option<Self> {
         let states = self.loop_states;
         let (n, m) = (self.states, self.dynamics.ncols() - self.states);
