@@ -62,7 +62,7 @@ fn second_order_polynomial_has_the_least_size() {
 }
 
 #[test]
-fn a_singular_loop_is_refused() {
+fn a_singular_loop_is_rejected() {
     let lft = Lft {
         constant: dmatrix![0.0],
         left: dmatrix![1.0],
