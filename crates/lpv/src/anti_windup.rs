@@ -115,9 +115,9 @@ pub fn smallest_gains(
     largest_gain: f64,
     slacks: &[f64],
 ) -> Result<Vec<AntiWindup>, SynthesisError> {
-    let sought = Sought { loops, controller_states, largest_gain, aim: Aim::Recovery };
-    let least = sought.gain(None)?.gamma;
-    slacks.iter().map(|slack| sought.gain(Some((1.0 + slack) * least))).collect()
+    let problem = Sought { loops, controller_states, largest_gain, aim: Aim::Recovery };
+    let least = problem.gain(None)?.gamma;
+    slacks.iter().map(|slack| problem.gain(Some((1.0 + slack) * least))).collect()
 }
 
 /// The arguments of [`anti_windup`].

@@ -580,7 +580,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_may_be_empty() {
+    fn empty_blocks_are_allowed() {
         let a = Mat::identity(2, 2);
         let none = Mat::zeros(2, 0);
         assert_eq!(block(&[&[&a, &none]]), a);

@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn direct_effects_on_a_measurement_are_refused() {
+    fn direct_effects_on_a_measurement_are_rejected() {
         let mut parts = plant().parts;
         parts.block_mut(Y, T)[0] = 0.1;
         let direct = GeneralisedPlant { parts, blocks: vec![1] };

@@ -221,7 +221,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn disorders_are_listed() {
+    fn violations_of_the_order_are_listed() {
         let failed = || SynthesisError::Infeasible { stage: "test" };
         let mut ladder = Ladder {
             frozen_optimum: vec![(-1.0, Ok(0.5)), (0.0, Err(failed())), (1.0, Ok(0.8))],

@@ -213,7 +213,7 @@ impl<'a> Flow<'a> {
             ));
         }
         let rates = moved.select_rows(&limited);
-        limited.iter().enumerate().for_each(|(j, &place)| moved[(place, n + nk + r + rk + m + j)] -= 1.0);
+        limited.iter().enumerate().for_each(|(j, &state)| moved[(state, n + nk + r + rk + m + j)] -= 1.0);
         let gain = block(&[&[&gain, &zero(nk, all - m)]]);
         let full = block(&[
             &[&moved],
@@ -487,8 +487,8 @@ mod tests {
 
     #[test]
     fn infeasible_problems_are_rejected() {
-        let words = |a, k, limit| found(a, k, limit).unwrap_err().to_string();
-        assert!(words(1.0, 0.5, 1.0).contains("the loop without limits is not stable"));
-        assert!(words(1.0, 2.0, -0.1).contains("limit 0 is -0.1, must be above 0"));
+        let message = |a, k, limit| found(a, k, limit).unwrap_err().to_string();
+        assert!(message(1.0, 0.5, 1.0).contains("the loop without limits is not stable"));
+        assert!(message(1.0, 2.0, -0.1).contains("limit 0 is -0.1, must be above 0"));
     }
 }

@@ -123,8 +123,9 @@ fn ways(plant: &GeneralisedPlant, place: &Place, options: SlowOptions) -> Result
     check_stabilisable(plant)?;
     check_detectable(plant)?;
     if plant.blocks.len() != 1 {
-        let words = format!("the plant has {} parameters, a bounded rate requires one", plant.blocks.len());
-        return Err(SynthesisError::numerical(STAGE, words));
+        let diagnosis =
+            format!("the plant has {} parameters, a bounded rate requires one", plant.blocks.len());
+        return Err(SynthesisError::numerical(STAGE, diagnosis));
     }
     let (mut found, mut failure) = (vec![], None);
     for varying in [Varying::Both, Varying::X, Varying::Y] {
@@ -197,9 +198,9 @@ fn family(
     let each = frozen(plant, SAMPLES)?.into_iter().map(|(theta, frozen)| {
         let found = central(&frozen, &pair.x.evaluate(theta), &pair.y.evaluate(theta), varying);
         found.map(|found| (theta, found)).ok_or_else(|| {
-            let words =
+            let diagnosis =
                 format!("no controller in closed form at theta = {theta}: X, Y, D12 or D21 is singular");
-            SynthesisError::numerical(STAGE, words)
+            SynthesisError::numerical(STAGE, diagnosis)
         })
     });
     let found: Vec<(f64, Central)> = each.collect::<Result<_, _>>()?;

@@ -66,8 +66,8 @@ pub fn finished(closed: &ClosedLoop, rate: f64) -> Result<SlowBound, RateError> 
     best.ok_or(failure)
 }
 
-fn numerical(words: String) -> RateError {
-    SynthesisError::numerical(STAGE, words).into()
+fn numerical(diagnosis: String) -> RateError {
+    SynthesisError::numerical(STAGE, diagnosis).into()
 }
 
 /// Returns the orders tried for a loop with `states` states.

@@ -161,12 +161,12 @@ impl Structure {
     /// Returns each block with its entries of w and of z.
     pub fn places(&self) -> Vec<(Block, Range<usize>, Range<usize>)> {
         let (mut row, mut col) = (0, 0);
-        let place = |b: &Block| {
+        let entries = |b: &Block| {
             let ranges = (*b, row..row + b.rows(), col..col + b.cols());
             (row, col) = (ranges.1.end, ranges.2.end);
             ranges
         };
-        self.0.iter().map(place).collect()
+        self.0.iter().map(entries).collect()
     }
 
     /// Returns `true` if every block is a real scalar.

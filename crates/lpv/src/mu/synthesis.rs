@@ -76,12 +76,12 @@ pub fn musyn(
     structure: &Structure,
     options: MuOptions,
 ) -> Result<MuDesign, MuSynthesisError> {
-    let sought = Options { back_off: options.back_off, ..Options::default() };
+    let synthesis_options = Options { back_off: options.back_off, ..Options::default() };
     let mut scalings = vec![Scaling::one(); scaled_signals(structure).len()];
     let mut best: Option<MuDesign> = None;
     let mut history = vec![];
     for _ in 0..options.iterations {
-        let design = direct_path::synthesise(&scaled(plant, structure, &scalings), d22, sought);
+        let design = direct_path::synthesise(&scaled(plant, structure, &scalings), d22, synthesis_options);
         let next = design.map_err(MuSynthesisError::from).and_then(|design| {
             let looped = direct_path::around(&design.controller, &-d22);
             let closed = looped.and_then(|k| plant.close(&k).frozen(&[]).ok());
@@ -268,11 +268,11 @@ fn fit(points: &[Point], order: usize) -> (Scaling, f64) {
     let steps: Vec<f64> = points.windows(2).map(|pair| pair[1].log - pair[0].log).collect();
     let total_variation: f64 = steps.iter().map(|step| step.abs()).sum();
     for i in 0..order {
-        let wanted = (i as f64 + 0.5) / order as f64 * total_variation;
+        let target = (i as f64 + 0.5) / order as f64 * total_variation;
         let mut passed = 0.0;
         let at = steps.iter().position(|step| {
             passed += step.abs();
-            passed >= wanted
+            passed >= target
         });
         let at = at.unwrap_or_default();
         let (omega, step) = (points[at].omega.ln(), steps[at]);

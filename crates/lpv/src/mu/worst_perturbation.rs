@@ -176,8 +176,8 @@ impl GainSearch<'_> {
                 (0..4).map(|halvings| &delta + (&aimed - &delta) * Complex::new(0.5f64.powi(halvings), 0.0));
             let single = self.loop_.structure.places().into_iter().map(|(_, rows, cols)| {
                 let mut one = delta.clone();
-                let place = ((rows.start, cols.start), (rows.len(), cols.len()));
-                one.view_mut(place.0, place.1).copy_from(&aimed.view(place.0, place.1));
+                let region = ((rows.start, cols.start), (rows.len(), cols.len()));
+                one.view_mut(region.0, region.1).copy_from(&aimed.view(region.0, region.1));
                 one
             });
             let better = shorter.chain(single).find_map(|next| {

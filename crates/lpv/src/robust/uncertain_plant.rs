@@ -109,13 +109,13 @@ pub(crate) mod tests {
             .rows(1, 2)
             .into_owned();
         let form = |a: &Mat, m: &Mat, b: &Mat| (a.transpose() * m * b)[(0, 0)];
-        let wanted = form(&zd, &s, &zd) + 2.0 * form(&wd, &t, &zd) - form(&wd, &s, &wd);
+        let expected = form(&zd, &s, &zd) + 2.0 * form(&wd, &t, &zd) - form(&wd, &s, &wd);
         let other =
             symmetric_function(&(&s + &t * s.clone().try_inverse().unwrap() * t.transpose()), f64::sqrt);
         let all = block(&[&[&(&other * &wd)], &[&(&w * gamma.sqrt())]]);
         let z = &weighted.c1() * &x + &weighted.d1t() * wt + &weighted.d11() * &all + &weighted.d12() * u;
         let found = z.rows(0, 2).norm_squared() - all.rows(0, 2).norm_squared();
-        assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
+        assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         let moved = &weighted.a() * &x + &weighted.bt() * wt + &weighted.b1() * &all + &weighted.b2() * u;
         let channels = block(&[&[&dmatrix![wt]], &[&wd]]);
         let truth = &sized.a() * &x + &sized.bt() * channels + &sized.b1() * &w + &sized.b2() * u;

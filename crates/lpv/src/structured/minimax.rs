@@ -84,13 +84,13 @@ pub(crate) fn minimise<F: Function>(function: &F, start: &[f64], effort: Effort)
     let hessian = Mat::identity(start.len(), start.len()) * function.size(value);
     let gains = DVector::from_column_slice(start);
     let mut state = State { function, gains, value, at, pieces, units, hessian, radius: effort.radius };
-    let (mut resets, mut taken) = (0, vec![value]);
+    let (mut resets, mut values) = (0, vec![value]);
     for _ in 0..effort.steps {
         stop::check();
-        if taken.last().is_some_and(|last| state.value < *last) {
-            taken.push(state.value);
+        if values.last().is_some_and(|last| state.value < *last) {
+            values.push(state.value);
         }
-        let before = taken.len().checked_sub(effort.slow_steps).map_or(f64::INFINITY, |k| taken[k]);
+        let before = values.len().checked_sub(effort.slow_steps).map_or(f64::INFINITY, |k| values[k]);
         if function.suffices(state.value) || before - state.value < effort.slow * function.size(state.value) {
             break;
         }

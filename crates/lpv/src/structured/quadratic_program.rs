@@ -62,15 +62,15 @@ pub(crate) fn minimax_step(objective: &[Line], limits: &[Line], hessian: &Mat, r
 }
 
 fn sparse(m: &Mat) -> CscMatrix<f64> {
-    let (mut starts, mut places, mut values) = (vec![0], vec![], vec![]);
+    let (mut starts, mut row_indices, mut values) = (vec![0], vec![], vec![]);
     for column in m.column_iter() {
         for (i, v) in column.iter().enumerate().filter(|(_, v)| **v != 0.0) {
-            places.push(i);
+            row_indices.push(i);
             values.push(*v);
         }
         starts.push(values.len());
     }
-    CscMatrix::new(m.nrows(), m.ncols(), starts, places, values)
+    CscMatrix::new(m.nrows(), m.ncols(), starts, row_indices, values)
 }
 
 #[cfg(test)]

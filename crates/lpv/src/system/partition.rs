@@ -217,8 +217,8 @@ impl Partitioned {
 
     /// Returns the first index of a group; 0 for an absent one.
     fn start(&self, all: &[Group], group: Group) -> usize {
-        let place = all.iter().position(|s| *s == group).unwrap_or(0);
-        all[..place].iter().map(|s| self.size(*s)).sum()
+        let index = all.iter().position(|s| *s == group).unwrap_or(0);
+        all[..index].iter().map(|s| self.size(*s)).sum()
     }
 
     /// Returns a copy of a block, size of the row x size of the column; zero for an absent one.
@@ -451,7 +451,7 @@ mod tests {
     }
 
     #[test]
-    fn sizes_change_and_blocks_stay() {
+    fn resizing_keeps_the_blocks() {
         let p = counted(SIZES);
         let wide = p.resized(T, 3);
         assert_eq!(wide.block(T, X), dmatrix![21.0; 31.0; 0.0]);

@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn too_few_samples_are_refused() {
+    fn too_few_samples_are_rejected() {
         let samples = sampled(&truth(), 6);
         let expected = SystemError::TooFewSamples { samples: 6, order: 6 };
         assert_eq!(MatrixRational::fit(&samples, 3, 3), Err(expected));

@@ -300,7 +300,7 @@ mod tests {
 
     /// G = 1/(s^2 + 0.2 s + 1): the peak is 1/(2 zeta sqrt(1 - zeta^2)), zeta = 0.1.
     #[test]
-    fn oscillator_peak_in_closed_form() {
+    fn the_oscillator_peak_has_its_closed_form() {
         let g = StateSpace {
             a: dmatrix![0.0, 1.0; -1.0, -0.2],
             b: dmatrix![0.0; 1.0],
@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn unstable_is_infinite_and_static_is_its_gain() {
+    fn unstable_systems_have_infinite_norm_and_static_ones_their_gain() {
         let unstable = StateSpace { a: dmatrix![1.0], b: dmatrix![1.0], c: dmatrix![1.0], d: dmatrix![0.0] };
         assert_eq!(unstable.hinf_norm().value, f64::INFINITY);
         let gain =

@@ -479,7 +479,7 @@ mod tests {
     }
 
     #[test]
-    fn a_weight_that_is_not_proper_is_refused_by_name() {
+    fn an_improper_weight_is_rejected_by_name() {
         assert!(problem().augment().is_ok());
         type Spoil = fn(&mut TrackingProblem);
         let spoilt: [(Spoil, &str); 10] = [
@@ -503,11 +503,11 @@ mod tests {
                 "W_u of input 1 is 0.5; it must be finite, no less at high frequency",
             ),
         ];
-        for (spoil, words) in spoilt {
+        for (spoil, expected) in spoilt {
             let mut problem = problem();
             spoil(&mut problem);
             let message = problem.augment().unwrap_err().to_string();
-            assert!(message.starts_with(words), "{message}");
+            assert!(message.starts_with(expected), "{message}");
         }
     }
 
@@ -617,9 +617,9 @@ mod tests {
         let followed = with(model(0.9, None)).augment().unwrap();
         for (frequency, damping) in [(0.9, Some(0.9)), (0.8, None)] {
             let message = with(model(frequency, damping)).augment().unwrap_err().to_string();
-            let words =
+            let expected =
                 format!("the reference model, by its frequency, of output 1 is {frequency}; it must be");
-            assert!(message.starts_with(&words), "{message}");
+            assert!(message.starts_with(&expected), "{message}");
         }
         // Without a model the error is that of the reference itself: larger by `(1 - 0.9/(s + 0.9)) r`.
         let itself = with(None).augment().unwrap();

@@ -71,9 +71,9 @@ fn spring() -> GeneralisedPlant {
 fn the_proved_gain_is_minimised() {
     let plant = spring();
     // x' = -5 x + 5 y, u = g0 y + g1 x + w, z = g2 y + g3 x, w = theta z.
-    let entry = |places: &[(usize, usize, f64)]| {
+    let entry = |entries: &[(usize, usize, f64)]| {
         let mut m = Mat::zeros(3, 3);
-        places.iter().for_each(|(i, j, v)| m[(*i, *j)] = *v);
+        entries.iter().for_each(|(i, j, v)| m[(*i, *j)] = *v);
         m
     };
     let base = entry(&[(0, 0, -5.0), (0, 1, 5.0), (1, 2, 1.0)]);

@@ -91,24 +91,24 @@ fn aim(modes: &Modes, q: &CMat, mode: &Mode) -> (CMat, f64) {
 fn exact(modes: &Modes, q: &CMat, mode: &Mode) -> Option<LowerBound> {
     let real = (0..modes.places.len()).filter(|k| matches!(modes.places[*k].0, Block::Real(_)));
     let found =
-        std::iter::once(None).chain(real.map(Some)).filter_map(|knob| made_real(modes, q, mode, knob));
+        std::iter::once(None).chain(real.map(Some)).filter_map(|scalar| made_real(modes, q, mode, scalar));
     found.max_by(|a, b| a.value.total_cmp(&b.value))
 }
 
 /// Rotates all complex blocks, or moves one real scalar, until the eigenvalue is real.
-fn made_real(modes: &Modes, q: &CMat, mode: &Mode, knob: Option<usize>) -> Option<LowerBound> {
+fn made_real(modes: &Modes, q: &CMat, mode: &Mode, scalar: Option<usize>) -> Option<LowerBound> {
     let (mut q, mut mode) = (q.clone(), mode.clone());
     for _ in 0..MOST_CORRECTIONS {
         let near = mode.lambda;
         if near.im.abs() <= REAL * near.norm() {
             break;
         }
-        let along = direction(modes, &q, knob);
+        let along = direction(modes, &q, scalar);
         let slope = modes.change(&mode, &along).im;
         if slope == 0.0 {
             return None;
         }
-        turn(modes, &mut q, knob, -near.im / slope)?;
+        turn(modes, &mut q, scalar, -near.im / slope)?;
         mode = modes.nearest(&q, near)?;
     }
     let size = mode.lambda.re;
@@ -116,14 +116,14 @@ fn made_real(modes: &Modes, q: &CMat, mode: &Mode, knob: Option<usize>) -> Optio
 }
 
 /// Returns the derivative of Q with respect to the angle of all complex blocks, or to a real scalar.
-fn direction(modes: &Modes, q: &CMat, knob: Option<usize>) -> CMat {
+fn direction(modes: &Modes, q: &CMat, scalar: Option<usize>) -> CMat {
     let mut out = CMat::zeros(q.nrows(), q.ncols());
     for (k, (block, rows, cols)) in modes.places.iter().enumerate() {
-        let place = ((rows.start, cols.start), (rows.len(), cols.len()));
-        let mut part = out.view_mut(place.0, place.1);
-        match knob {
+        let region = ((rows.start, cols.start), (rows.len(), cols.len()));
+        let mut part = out.view_mut(region.0, region.1);
+        match scalar {
             None if !matches!(block, Block::Real(_)) => {
-                part.copy_from(&(q.view(place.0, place.1) * Complex::new(0.0, 1.0)));
+                part.copy_from(&(q.view(region.0, region.1) * Complex::new(0.0, 1.0)));
             }
             Some(chosen) if chosen == k => part.fill_diagonal(Complex::new(1.0, 0.0)),
             _ => {}
@@ -133,10 +133,10 @@ fn direction(modes: &Modes, q: &CMat, knob: Option<usize>) -> CMat {
 }
 
 /// Rotates all complex blocks by an angle, or moves a real scalar; `None` if the scalar leaves its range.
-fn turn(modes: &Modes, q: &mut CMat, knob: Option<usize>, step: f64) -> Option<()> {
+fn turn(modes: &Modes, q: &mut CMat, scalar: Option<usize>, step: f64) -> Option<()> {
     for (k, (block, rows, cols)) in modes.places.iter().enumerate() {
         let mut part = q.view_mut((rows.start, cols.start), (rows.len(), cols.len()));
-        match knob {
+        match scalar {
             None if !matches!(block, Block::Real(_)) => {
                 part *= Complex::from_polar(1.0, step.clamp(-0.5, 0.5));
             }

@@ -320,16 +320,16 @@ impl DgScalings {
 
     /// Sets the scalings of some entries of z and of w to those given, times a weight.
     pub(in crate::mu) fn set(&mut self, z: &[usize], w: &[usize], given: &Self, weight: f64) {
-        let put = |to: &mut CMat, rows: &[usize], cols: &[usize], from: &CMat| {
+        let copy = |to: &mut CMat, rows: &[usize], cols: &[usize], from: &CMat| {
             for (i, row) in rows.iter().enumerate() {
                 for (j, col) in cols.iter().enumerate() {
                     to[(*row, *col)] = from[(i, j)] * weight;
                 }
             }
         };
-        put(&mut self.dw, w, w, &given.dw);
-        put(&mut self.dz, z, z, &given.dz);
-        put(&mut self.g, w, z, &given.g);
+        copy(&mut self.dw, w, w, &given.dw);
+        copy(&mut self.dz, z, z, &given.dz);
+        copy(&mut self.g, w, z, &given.g);
     }
 
     /// Returns the scalings of `M` from those of `T_z M T_w^-1 / size` with diagonal T, the coordinates `w = T_w w~`,

@@ -50,7 +50,7 @@ impl Filtered {
         // Indices of the first columns of the filters' states, wt, v and w_D, and the end.
         let (of_zt, of_wt, wt) = (n, n + k, n + 2 * k);
         let (rate, delta) = (wt + r, wt + r + v);
-        let place =
+        let select =
             |rows: usize, at: usize| Mat::from_fn(rows, delta + deltas + w, |i, j| f64::from(j == at + i));
         let row = |x: &Mat, t: &Mat, e: &Mat, w: &Mat| {
             let rows = x.nrows();
@@ -59,13 +59,13 @@ impl Filtered {
         let zt = row(&l.ct(), &l.dtt(), &zeros(r, deltas), &l.dt1());
         let all_e = errors.iter().fold(zeros(n, 0), |all, e| block(&[&[&all, &e.e]]));
         let decay = diagonal(filters.iter().map(|f| f.pole));
-        let filter_z = zt.select_rows(&filtered) - &decay * place(k, of_zt);
-        let mut filter_w = place(r, wt).select_rows(&filtered) - &decay * place(k, of_wt);
+        let filter_z = zt.select_rows(&filtered) - &decay * select(k, of_zt);
+        let mut filter_w = select(r, wt).select_rows(&filtered) - &decay * select(k, of_wt);
         moving.iter().enumerate().for_each(|(i, at)| filter_w[(*at, rate + i)] = 1.0);
         let mut at = delta;
         let errors = errors.iter().map(|e| {
             let into = row(&e.fx, &e.ft, &zeros(e.fx.nrows(), deltas), &e.fw);
-            let from = place(e.e.ncols(), at);
+            let from = select(e.e.ncols(), at);
             at += e.e.ncols();
             (into, from)
         });
@@ -78,8 +78,8 @@ impl Filtered {
         let of_rate = moving.iter().map(|i| of.filters.len() + l.channels[filtered[*i]]);
         Self {
             dynamics: block(&[&[&row(&l.a(), &l.bt(), &all_e, &l.b1())], &[&filter_z], &[&filter_w]]),
-            into: block(&[&[&zt], &[&place(k, of_zt)], &[&(rates * place(k, of_zt).select_rows(&moving))]]),
-            from: block(&[&[&place(r, wt)], &[&place(k, of_wt)], &[&place(v, rate)]]),
+            into: block(&[&[&zt], &[&select(k, of_zt)], &[&(rates * select(k, of_zt).select_rows(&moving))]]),
+            from: block(&[&[&select(r, wt)], &[&select(k, of_wt)], &[&select(v, rate)]]),
             errors,
             output,
             states: n + 2 * k,
