@@ -78,10 +78,10 @@ fn found(
     let (of, thetas) = (Loop::new(plant, structure), frozen_parameters(plant));
     let search = Search::new(&of, &thetas, start);
     let points: Vec<Vec<f64>> = (0..starts).map(|k| search.spread(start, k)).collect();
-    let mut all: Vec<Tuned> = points.into_par_iter().filter_map(|point| search.begun(&point)).collect();
+    let mut all: Vec<Tuned> = points.into_par_iter().filter_map(|point| search.first_steps(&point)).collect();
     all.sort_by(|a, b| a.frozen_gain.total_cmp(&b.frozen_gain));
     all.truncate((starts / 2).max(LEAST_FINISHED));
-    let mut all: Vec<Tuned> = all.into_par_iter().map(|begun| search.finished(begun)).collect();
+    let mut all: Vec<Tuned> = all.into_par_iter().map(|first_steps| search.finished(first_steps)).collect();
     let least = all.iter().map(|tuned| tuned.frozen_gain).fold(f64::INFINITY, f64::min);
     let order = |tuned: &Tuned| {
         let near = tuned.frozen_gain <= (1.0 + AS_GOOD) * least;
@@ -266,7 +266,7 @@ impl<'a> Search<'a> {
     }
 
     /// Runs a few steps from a start, which is stabilised first.
-    fn begun(&self, start: &[f64]) -> Option<Tuned> {
+    fn first_steps(&self, start: &[f64]) -> Option<Tuned> {
         let stable = match self.norm.value(start) {
             Some(_) => start.to_vec(),
             None => minimise(&self.abscissa, start, FULL)?.0,
@@ -275,9 +275,9 @@ impl<'a> Search<'a> {
         Some(Tuned { gains, frozen_gain })
     }
 
-    fn finished(&self, begun: Tuned) -> Tuned {
-        let found = minimise(&self.norm, &begun.gains, FULL);
-        found.map_or(begun, |(gains, frozen_gain)| Tuned { gains, frozen_gain })
+    fn finished(&self, first_steps: Tuned) -> Tuned {
+        let found = minimise(&self.norm, &first_steps.gains, FULL);
+        found.map_or(first_steps, |(gains, frozen_gain)| Tuned { gains, frozen_gain })
     }
 }
 

@@ -78,7 +78,7 @@ const TRIES: usize = 4;
 /// The additional order for a Lyapunov matrix that is a rational function.
 const RATIONAL_ORDER: usize = 2;
 
-/// Returns the coordinates of the least gamma for any rate of the parameter, if there is one.
+/// Returns the coordinates of the least gamma for any rate of the parameter, or else diagonal ones.
 fn place_of(plant: &GeneralisedPlant) -> Place {
     match least_gamma_at(plant, Options { accuracy: COORDINATES_ACCURACY, ..Options::default() }, None) {
         Ok((coordinates, found)) => Place { coordinates, unit: found.gamma },

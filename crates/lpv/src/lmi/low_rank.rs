@@ -42,14 +42,14 @@ pub(crate) struct LowRank {
     /// The computation of the traces of the Schur complement.
     traces: Arc<Traces>,
     /// The row of v and the sign for each row of `J v`; empty for a real matrix.
-    turn: Vec<(usize, f64)>,
+    rotation: Vec<(usize, f64)>,
 }
 
 /// `W'MW`, and `(JW)'MW` for a Hermitian matrix.
 #[derive(Debug, Clone)]
 pub(crate) struct Projected {
     plain: Mat,
-    turned: Option<Mat>,
+    rotated: Option<Mat>,
 }
 
 impl LowRank {
@@ -92,7 +92,7 @@ impl LowRank {
             starts: vec![0],
             pairs: vec![],
             traces: Arc::default(),
-            turn: vec![],
+            rotation: vec![],
         };
         let empty = |at: u32| out.columns.column(at as usize).amax() == 0.0;
         for (unknown, pairs) in by_unknown {
@@ -111,9 +111,9 @@ impl LowRank {
     }
 
     /// Returns the Hermitian inequality `constant + sum x_i (G_i + J G_i J')` with the G_i of `half`.
-    pub(crate) fn hermitian(half: Self, constant: &Mat, turn: Vec<(usize, f64)>) -> Self {
-        debug_assert_eq!((half.size(), half.size()), (turn.len(), constant.nrows()));
-        Self { constant: symmetric_part(constant), turn, ..half }
+    pub(crate) fn hermitian(half: Self, constant: &Mat, rotation: Vec<(usize, f64)>) -> Self {
+        debug_assert_eq!((half.size(), half.size()), (rotation.len(), constant.nrows()));
+        Self { constant: symmetric_part(constant), rotation, ..half }
     }
 
     /// Returns the inequality `constant + sum x_i F_i` with the F_i of `linear`.
@@ -123,12 +123,12 @@ impl LowRank {
 
     /// Returns the multiplicity of a sum over the stored pairs: 2 for a Hermitian matrix, else 1.
     fn times(&self) -> f64 {
-        if self.turn.is_empty() { 1.0 } else { 2.0 }
+        if self.rotation.is_empty() { 1.0 } else { 2.0 }
     }
 
     /// Returns `J m`.
-    fn turned(&self, m: &Mat) -> Mat {
-        Mat::from_fn(m.nrows(), m.ncols(), |i, j| self.turn[i].1 * m[(self.turn[i].0, j)])
+    fn rotated(&self, m: &Mat) -> Mat {
+        Mat::from_fn(m.nrows(), m.ncols(), |i, j| self.rotation[i].1 * m[(self.rotation[i].0, j)])
     }
 
     /// Returns the number of rows.
@@ -161,8 +161,8 @@ impl LowRank {
 
     fn factors(&self, evenness: f64) -> Vec<f64> {
         let squares: Vec<f64> = self.columns.row_iter().map(|row| row.norm_squared()).collect();
-        let turned = |i: usize| self.turn.get(i).map_or(0.0, |(from, _)| squares[*from]);
-        let norms = (0..squares.len()).map(|i| (squares[i] + turned(i)).sqrt());
+        let rotated = |i: usize| self.rotation.get(i).map_or(0.0, |(from, _)| squares[*from]);
+        let norms = (0..squares.len()).map(|i| (squares[i] + rotated(i)).sqrt());
         norms.map(|norm| if norm > 0.0 { norm.powf(-evenness) } else { 1.0 }).collect()
     }
 
@@ -205,19 +205,19 @@ impl LowRank {
         }
         let product = half * self.columns.transpose();
         let sum = product.transpose() + product;
-        if self.turn.is_empty() {
+        if self.rotation.is_empty() {
             return sum;
         }
         // J M J' = (J (J M)')' for a symmetric M.
-        let turned = self.turned(&self.turned(&sum).transpose());
-        sum + turned
+        let rotated = self.rotated(&self.rotated(&sum).transpose());
+        sum + rotated
     }
 
     /// Returns `W' M W` of a symmetric M.
     pub(crate) fn projected(&self, m: &Mat) -> Projected {
         let image = m * &self.columns;
-        let turned = (!self.turn.is_empty()).then(|| self.turned(&self.columns).transpose() * &image);
-        Projected { plain: self.columns.transpose() * image, turned }
+        let rotated = (!self.rotation.is_empty()).then(|| self.rotated(&self.columns).transpose() * &image);
+        Projected { plain: self.columns.transpose() * image, rotated }
     }
 
     /// Adds `factor tr(F_i M)` to `out[i]` for each i, M symmetric.
@@ -249,8 +249,8 @@ impl LowRank {
         let columns = out.as_mut_slice().par_chunks_mut(rows).enumerate().with_min_len(LEAST_COLUMNS);
         columns.for_each_init(Scratch::default, |scratch, (j, target)| {
             let Ok(position) = self.unknowns.binary_search(&(j as u32)) else { return };
-            let turned = m.turned.as_ref().zip(n.turned.as_ref());
-            let products: Vec<_> = std::iter::once((&m.plain, &n.plain)).chain(turned).collect();
+            let rotated = m.rotated.as_ref().zip(n.rotated.as_ref());
+            let products: Vec<_> = std::iter::once((&m.plain, &n.plain)).chain(rotated).collect();
             let of = |p: &Pair| {
                 let (factor, columns) = (self.times() * p.coefficient, (p.a, p.b));
                 products.iter().map(move |(m, n)| Factor::new(factor, m, n, columns)).collect::<Vec<_>>()
@@ -272,7 +272,7 @@ impl Projected {
     /// Returns `tr(G M F M)` of two pairs.
     fn trace(&self, p: &Pair, s: &Pair) -> f64 {
         let of = |m: &Mat| Factor::new(1.0, m, m, (p.a, p.b)).trace((s.a, s.b));
-        of(&self.plain) + self.turned.as_ref().map_or(0.0, of)
+        of(&self.plain) + self.rotated.as_ref().map_or(0.0, of)
     }
 }
 
@@ -297,15 +297,15 @@ mod tests {
         };
         // The squares of the second half are not J times those of the first: use its own product.
         let square = halves[0].map(|v| v * v);
-        let turn: Vec<(usize, f64)> = vec![(2, -1.0), (3, -1.0), (0, 1.0), (1, 1.0)];
-        let turned = |m: &Mat| Mat::from_fn(4, 3, |i, j| turn[i].1 * m[(turn[i].0, j)]);
-        let (other, other_square) = (turned(&halves[0].transpose()), turned(&square.transpose()));
+        let rotation: Vec<(usize, f64)> = vec![(2, -1.0), (3, -1.0), (0, 1.0), (1, 1.0)];
+        let rotated = |m: &Mat| Mat::from_fn(4, 3, |i, j| rotation[i].1 * m[(rotation[i].0, j)]);
+        let (other, other_square) = (rotated(&halves[0].transpose()), rotated(&square.transpose()));
         assert_eq!(other, halves[1].transpose());
         let skew = t.between(&(&other * 2.0), &other_square.transpose());
         let full = of(&halves[0]) + s.congruence(&halves[1]) + skew.t() + skew;
         let (half, real) = (LowRank::new(&p, &of(&halves[0])), LowRank::new(&p, &full));
         let constant = halves.iter().fold(Mat::zeros(4, 4), |sum, u| sum + u.transpose() * u);
-        let data = LowRank::hermitian(half, &constant, turn.clone());
+        let data = LowRank::hermitian(half, &constant, rotation.clone());
         let hermitian = |k: usize| {
             let m = Mat::from_fn(2, 2, |i, j| ((1 + i + 8 * j + k) as f64).sin());
             let skew = dmatrix![0.0, 1.0; -1.0, 0.0] * (k as f64).cos();

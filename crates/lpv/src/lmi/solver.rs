@@ -71,7 +71,7 @@ pub fn solve(
         let lower = bounds.fold(lowest, f64::max);
         lowest = lower;
         let multipliers = stop.multipliers.into_iter().map(of_rows).collect();
-        let solution = Solution { multipliers, lower, ..judged(program, stop.x, stop.gap) };
+        let solution = Solution { multipliers, lower, ..evaluated(program, stop.x, stop.gap) };
         if best.as_ref().is_none_or(|known| better(&solution, known, &costs)) {
             best = Some(solution);
         }
@@ -132,8 +132,8 @@ fn general(
     let mut failure = None;
     for way in &WAYS {
         let (found, solved) = match conic.run(way, stage) {
-            Ok(Verdict::Solved(x)) => (judged(program, x, f64::INFINITY), true),
-            Ok(Verdict::Stopped(x)) => (judged(program, x, f64::INFINITY), false),
+            Ok(Verdict::Solved(x)) => (evaluated(program, x, f64::INFINITY), true),
+            Ok(Verdict::Stopped(x)) => (evaluated(program, x, f64::INFINITY), false),
             // A point at which the inequalities hold refutes infeasibility.
             Ok(Verdict::Infeasible) if best.as_ref().is_none_or(|b| b.margin <= 0.0) => {
                 return Err(SynthesisError::Infeasible { stage });
@@ -154,12 +154,12 @@ fn general(
     best.ok_or_else(|| failure.unwrap_or_else(|| SynthesisError::numerical(stage, "no solver was run")))
 }
 
-fn judged(program: &Program, x: Vec<f64>, gap: f64) -> Solution {
+fn evaluated(program: &Program, x: Vec<f64>, gap: f64) -> Solution {
     let margin = margin(program, &x);
     Solution { x, margin, gap, lower: f64::NEG_INFINITY, multipliers: vec![] }
 }
 
-/// Returns the r.h.s. of `c'y >= -tr(F_0 M) + r'y`, for every y, with the residual `r = c - tr(F_i M)` of positive M.
+/// Returns the bound `c'y >= -tr(F_0 M) + r'y` for every y, with the residual `r = c - tr(F_i M)` of positive M.
 fn lower(data: &[LowRank], costs: &[f64], multipliers: &[Mat], x: &[f64]) -> f64 {
     let mut residual = costs.to_vec();
     let mut bound = 0.0;

@@ -203,7 +203,7 @@ impl LowerSearch<'_> {
                 continue;
             }
             if !self.is_mixed {
-                out.extend(self.turned(&q));
+                out.extend(self.rotated(&q));
             } else {
                 for price in IMAGINARY_PRICES {
                     let Some(mode) = self.modes.best(&q, |v| v.re - price * v.im.abs()) else { continue };
@@ -218,14 +218,14 @@ impl LowerSearch<'_> {
     }
 
     /// Rotates Q, complex blocks only, until the largest eigenvalue is real.
-    fn turned(&self, q: &CMat) -> Option<(CMat, Mode)> {
+    fn rotated(&self, q: &CMat) -> Option<(CMat, Mode)> {
         let lambda = self.modes.best(q, |v| v.norm())?.lambda;
         if lambda.norm() == 0.0 {
             return None;
         }
-        let turned = q * (lambda.conj() / lambda.norm());
-        let mode = self.modes.nearest(&turned, Complex::new(lambda.norm(), 0.0))?;
-        Some((turned, mode))
+        let rotated = q * (lambda.conj() / lambda.norm());
+        let mode = self.modes.nearest(&rotated, Complex::new(lambda.norm(), 0.0))?;
+        Some((rotated, mode))
     }
 
     /// Improves Q until its eigenvalue no longer grows; returns the best.
@@ -244,9 +244,10 @@ impl LowerSearch<'_> {
             if idle > MOST_IDLE_STEPS {
                 break;
             }
-            let is_turned = !self.is_mixed && mode.lambda.norm() > 0.0;
-            let turn = if is_turned { mode.lambda / mode.lambda.norm() } else { Complex::new(1.0, 0.0) };
-            q = self.modes.aimed(&q, &mode, turn);
+            let is_rotated = !self.is_mixed && mode.lambda.norm() > 0.0;
+            let direction =
+                if is_rotated { mode.lambda / mode.lambda.norm() } else { Complex::new(1.0, 0.0) };
+            q = self.modes.aimed(&q, &mode, direction);
         }
         best.1
     }

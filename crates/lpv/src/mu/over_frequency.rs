@@ -117,8 +117,8 @@ mod tests {
     #[test]
     fn bounds_do_not_depend_on_the_representation() {
         let system = island();
-        let turn = dmatrix![0.6, -0.8, 0.0; 0.8, 0.6, 0.0; 0.0, 0.0, 1.0];
-        let t = &turn * crate::matrix::diagonal([1e-2, 1.0, 1e2]) * turn.transpose();
+        let rotation = dmatrix![0.6, -0.8, 0.0; 0.8, 0.6, 0.0; 0.0, 0.0, 1.0];
+        let t = &rotation * crate::matrix::diagonal([1e-2, 1.0, 1e2]) * rotation.transpose();
         let back = t.clone().try_inverse().unwrap();
         let similar = StateSpace {
             a: &t * &system.a * &back,

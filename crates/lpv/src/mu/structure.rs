@@ -47,16 +47,16 @@ pub struct Structure(Vec<Block>);
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StructureError {
-    /// A block must have at least one row and one column.
+    /// A block without rows or columns.
     #[error("block {number} is empty; a block has at least one row and one column")]
     EmptyBlock {
         /// The number of the block, from 1.
         number: usize,
     },
-    /// There must be at least one block.
+    /// A structure without blocks.
     #[error("there is no block")]
     NoBlock,
-    /// The usual notation of a block is [-r, 0], [r, 0] or [p, q].
+    /// A block that is not in the usual notation [-r, 0], [r, 0] or [p, q].
     #[error(
         "block {number} is [{}, {}]; a block is [-r, 0] (a real scalar repeated r times), [r, 0] (a complex \
          one) or [p, q] (a full complex block)",
@@ -68,10 +68,10 @@ pub enum StructureError {
         number: usize,
         found: (i64, i64),
     },
-    /// M must map w to z.
+    /// A matrix M that does not map w to z.
     #[error("M is {} x {}; for these blocks it must be {} x {}", found.0, found.1, expected.0, expected.1)]
     Shape { found: (usize, usize), expected: (usize, usize) },
-    /// Every entry of M must be finite.
+    /// A matrix M with an entry that is not finite.
     #[error("M has an entry that is not finite")]
     NotFinite,
 }

@@ -48,13 +48,13 @@ pub struct FrequencyBound {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum SweepError {
-    /// The unperturbed loop must be stable.
+    /// A loop that is unstable without perturbation.
     #[error("the loop is unstable without any perturbation: a mode has real part {re:.3e}")]
     Unstable { re: f64 },
-    /// M must fit the structure.
+    /// A system that does not fit the structure.
     #[error(transparent)]
     Structure(#[from] StructureError),
-    /// The intervals do not cover the axis.
+    /// A part of the frequency axis that the intervals do not cover.
     #[error("the bound could not be shown {} rad/s", range(*from, *to))]
     Stuck { from: f64, to: f64 },
 }

@@ -56,10 +56,10 @@ pub struct MuDesign {
 /// An iteration without a result.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum MuSynthesisError {
-    /// No first controller was found.
+    /// Failure to find a first controller.
     #[error(transparent)]
     Synthesis(#[from] SynthesisError),
-    /// The structure does not fit, or mu cannot be bounded.
+    /// A structure that does not fit, or a mu that cannot be bounded.
     #[error(transparent)]
     Mu(#[from] SweepError),
 }

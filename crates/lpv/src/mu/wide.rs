@@ -49,7 +49,7 @@ pub(super) struct Wide {
     pub(super) slow: f64,
     /// The number of scalings for one frequency that held on a short interval.
     short: usize,
-    /// `true` if the last one did, and more than a few before it.
+    /// `true` if the last such interval was short, and more than a few were.
     narrow: bool,
     /// The ratio of frequencies to be tried next.
     ratio: f64,

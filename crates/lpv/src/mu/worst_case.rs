@@ -43,7 +43,7 @@ pub struct WorstCaseGain {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum WorstCaseError {
-    /// No scalings prove that the loop stays stable, which does not prove that it becomes unstable.
+    /// A loop that no scalings prove to stay stable; it need not become unstable.
     #[error(
         "no D-G scalings show that the loop stays stable for perturbations of size {size}: at {} they bound mu by more \
          than {:.6}, so that no bound on the gain is known",
@@ -55,14 +55,14 @@ pub enum WorstCaseError {
         /// The frequency, rad/s.
         frequency: f64,
     },
-    /// The size must be positive.
+    /// A size that is not positive and finite.
     #[error("the size of the perturbation is {found}; it must be above 0 and finite")]
     Size { found: f64 },
-    /// There must be performance inputs and outputs.
+    /// A system without performance inputs or outputs.
     #[error("besides the {} inputs and {} outputs of the blocks the system has {} and {}; at least one of each \
         is needed", blocks.0, blocks.1, found.0, found.1)]
     NoPerformance { blocks: (usize, usize), found: (usize, usize) },
-    /// The sweep failed.
+    /// A failed sweep.
     #[error(transparent)]
     Sweep(#[from] SweepError),
 }

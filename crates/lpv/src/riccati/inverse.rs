@@ -15,7 +15,7 @@ struct Row {
     low: Vec<f64>,
 }
 
-/// The padding of a row: a multiple of the number of lanes of every vector type.
+/// The length of which a padded row is a multiple: itself a multiple of the lanes of every vector type.
 const LANES: usize = 8;
 
 impl Row {

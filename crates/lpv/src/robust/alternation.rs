@@ -59,19 +59,19 @@ pub struct Round {
 /// Reason for the end of the rounds.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum StopReason {
-    /// The last round increased the size too little.
+    /// Insufficient growth of the size in the last round.
     #[error("the last round brought too little improvement")]
     NoLongerPays,
-    /// All of the uncertainty is tolerated.
+    /// Tolerance of all of the uncertainty.
     #[error("all of the declared uncertainty is tolerated")]
     FullSize,
-    /// The largest number of rounds was reached.
+    /// The largest number of rounds.
     #[error("the largest number of rounds was reached")]
     Rounds,
-    /// No controller was found.
+    /// Failure to find a controller.
     #[error("no better controller was found: {0}")]
     Synthesis(SynthesisError),
-    /// The new controller has no bound at the allowed gain.
+    /// No bound of the new controller at the allowed gain.
     #[error("the last controller has no bound at that gain")]
     NoBound,
 }
@@ -91,7 +91,7 @@ pub struct RobustDesign {
     pub stop: StopReason,
 }
 
-/// The given controller has no bound at the allowed gain.
+/// Error of a given controller without a bound at the allowed gain.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
     "no size of the uncertainty was found at which the gain with the given controller is proved to stay below \

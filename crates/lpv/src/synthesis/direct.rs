@@ -34,7 +34,7 @@ pub(crate) fn directly(
     explained(plant, outcome.map(|design| consistent(design, options.scalings)), options)
 }
 
-/// Limits the least gamma to the bound of the closed loop, proved with skew scalings, if the design has them.
+/// Limits the least gamma with skew scalings to the bound of the closed loop, which is proved with them.
 fn consistent(design: Design, scalings: ScalingClass) -> Design {
     if scalings == ScalingClass::Symmetric {
         return design;

@@ -116,7 +116,7 @@ fn put_back(
     options: Options,
 ) -> Result<Design, SynthesisError> {
     let near = DIRECT_PATH_CHANGES.iter().filter_map(|nudge| {
-        let k = nudged(&design.controller, 1.0 - nudge);
+        let k = with_scaled_paths(&design.controller, 1.0 - nudge);
         let (controller, certified) = closed(plant, d22, &k, &design.certified)?;
         Some(Design { controller, certified, ..design.clone() })
     });
@@ -162,7 +162,7 @@ fn is_well_posed(k: &Controller) -> bool {
 }
 
 /// Returns the controller with its direct paths from y times a factor.
-fn nudged(k: &Controller, factor: f64) -> Controller {
+fn with_scaled_paths(k: &Controller, factor: f64) -> Controller {
     let mut out = k.clone();
     out.parts.block_mut(U, Y).scale_mut(factor);
     out.parts.block_mut(T, Y).scale_mut(factor);

@@ -33,9 +33,9 @@ impl Bilinear {
     pub fn of(f: &Mat, sample_time: f64) -> Option<Self> {
         let one = Mat::identity(f.nrows(), f.nrows());
         let conditioning = |sign: f64| least_ratio(&(f * sign + &one), 1.0);
-        let (plain, turned) = (conditioning(1.0), conditioning(-1.0));
-        let sign = if plain >= turned { 1.0 } else { -1.0 };
-        (plain.max(turned) > SINGULAR).then_some(Self { sample_time, sign })
+        let (plain, mirrored) = (conditioning(1.0), conditioning(-1.0));
+        let sign = if plain >= mirrored { 1.0 } else { -1.0 };
+        (plain.max(mirrored) > SINGULAR).then_some(Self { sample_time, sign })
     }
 
     /// Converts a discrete-time system, `(F, G, H, J)` for (A, B, C, D), to continuous time.

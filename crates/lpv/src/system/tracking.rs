@@ -482,7 +482,7 @@ mod tests {
     fn an_improper_weight_is_rejected_by_name() {
         assert!(problem().augment().is_ok());
         type Spoil = fn(&mut TrackingProblem);
-        let spoilt: [(Spoil, &str); 10] = [
+        let cases: [(Spoil, &str); 10] = [
             (
                 |p| p.references[0].follow = 0.5,
                 "the weight of slow references 1 is 0.5; it must be 1 or more",
@@ -503,7 +503,7 @@ mod tests {
                 "W_u of input 1 is 0.5; it must be finite, no less at high frequency",
             ),
         ];
-        for (spoil, expected) in spoilt {
+        for (spoil, expected) in cases {
             let mut problem = problem();
             spoil(&mut problem);
             let message = problem.augment().unwrap_err().to_string();

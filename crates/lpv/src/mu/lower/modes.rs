@@ -58,18 +58,18 @@ impl<'a> Modes<'a> {
         Some(Mode { lambda, x: self.m.adjoint() * u / product.conj(), v })
     }
 
-    /// Returns Q with each block moved to the value at which the eigenvalue grows most in the direction `turn`.
-    pub(super) fn aimed(&self, q: &CMat, mode: &Mode, turn: Complex<f64>) -> CMat {
+    /// Returns Q with each block moved to the value at which the eigenvalue grows most in the direction `direction`.
+    pub(super) fn aimed(&self, q: &CMat, mode: &Mode, direction: Complex<f64>) -> CMat {
         self.structure.replaced(q.clone(), |block, rows, cols| {
             let x = mode.x.rows(rows.start, rows.len());
             let v = mode.v.rows(cols.start, cols.len());
-            let slope = || turn.conj() * x.dotc(&v);
+            let slope = || direction.conj() * x.dotc(&v);
             let unit = |r: usize, value: Complex<f64>| CMat::identity(r, r) * value;
             Some(match block {
                 Block::Real(r) if slope().re != 0.0 => unit(r, Complex::new(slope().re.signum(), 0.0)),
                 Block::Complex(r) if slope().norm() > 0.0 => unit(r, slope().conj() / slope().norm()),
                 Block::Full { .. } if x.norm() > 0.0 && v.norm() > 0.0 => {
-                    x.unscale(x.norm()) * v.unscale(v.norm()).adjoint() * turn
+                    x.unscale(x.norm()) * v.unscale(v.norm()).adjoint() * direction
                 }
                 _ => return None,
             })

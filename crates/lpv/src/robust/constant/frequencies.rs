@@ -136,10 +136,10 @@ impl Unknowns {
             return LowRank::real(half, &constant);
         }
         // Real and imaginary parts of u, then those of z.
-        let turn = [(0, m / 2), (m, z)].into_iter().flat_map(|(at, size)| {
+        let rotation = [(0, m / 2), (m, z)].into_iter().flat_map(|(at, size)| {
             (0..2 * size).map(move |i| if i < size { (at + i + size, -1.0) } else { (at + i - size, 1.0) })
         });
-        LowRank::hermitian(half, &constant, turn.collect())
+        LowRank::hermitian(half, &constant, rotation.collect())
     }
 
     pub(super) fn values(&self, program: &Program, point: &[f64]) -> Multipliers {
