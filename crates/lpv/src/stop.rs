@@ -21,7 +21,7 @@ pub struct Stop(Arc<AtomicBool>);
 pub struct Stopped;
 
 impl Stop {
-    /// Installs it on the current thread.
+    /// Installs this `Stop` on the current thread.
     pub fn install(&self) {
         INSTALLED.with_borrow_mut(|installed| *installed = Some(self.clone()));
     }

@@ -76,7 +76,7 @@ impl ConicProgram {
             DefaultSolver::new(&quadratic, &self.objective, &self.a, &self.rhs, &self.cones, settings)
                 .map_err(|e| SynthesisError::numerical(stage, e.to_string()))?;
         solver.set_termination_callback(|_| stop::is_requested());
-        // clarabel panics if a decomposition of one of its scalings does not converge.
+        // Clarabel panics if a decomposition of one of its scalings does not converge.
         if catch_unwind(AssertUnwindSafe(|| solver.solve())).is_err() {
             return Err(SynthesisError::numerical(
                 stage,
@@ -138,7 +138,7 @@ const SENSIBLE_SIZE: f64 = 1e4;
 
 /// Settings of the solver.
 pub(crate) struct Way {
-    /// clarabel's name of the factorisation.
+    /// Clarabel's name of the factorisation.
     factorisation: &'static str,
     /// `true` if clarabel rescales the program first.
     equilibrate: bool,

@@ -39,7 +39,7 @@ pub struct WorstCaseGain {
     pub worst: Perturbed,
 }
 
-/// Error of the worst-case gain.
+/// Failure to bound the worst-case gain.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum WorstCaseError {

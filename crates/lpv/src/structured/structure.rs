@@ -89,7 +89,7 @@ impl Structure {
 /// to y is zero: `M(g) = M0 + sum_i g_i M_i`.
 pub(crate) struct Loop {
     base: ClosedLoop,
-    /// M_i.
+    /// The directions M_i.
     pub(crate) directions: Vec<Partitioned>,
 }
 

@@ -50,7 +50,7 @@ pub fn check_detectable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> 
     }
 }
 
-/// Rejects numbers that overflow, for which nothing can be shown.
+/// Rejects plants with numbers that overflow, for which nothing can be shown.
 fn check_finite(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     if eigenvalues(&plant.a()).iter().all(|v| v.re.is_finite() && v.im.is_finite()) {
         return Ok(());

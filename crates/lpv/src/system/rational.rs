@@ -20,7 +20,7 @@ pub struct MatrixRational {
 /// Number of reweightings: far more than needed for convergence.
 const ITERATIONS: usize = 20;
 
-/// Singular values of the equations below this fraction of the largest are taken as zero.
+/// The fraction of the largest below which singular values of the equations are taken as zero.
 const RANK_TOLERANCE: f64 = 1e-13;
 
 impl MatrixRational {

@@ -37,7 +37,7 @@ use crate::system::{
 pub struct MovingTrim {
     /// The tracked output.
     pub output: usize,
-    /// w, rad/s.
+    /// Frequency w, rad/s.
     pub frequency: f64,
     /// `[x0'; u0']` as a function of the parameter, (n + m) x 1, in units of the model per unit of the output.
     pub slope: Lft,

@@ -99,9 +99,9 @@ impl ReferenceWeight {
 /// The model that a tracked output must follow: `w^2/(s^2 + 2 zeta w s + w^2)`, or `w/(s + w)` without damping.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceModel {
-    /// w, rad/s.
+    /// Frequency w, rad/s.
     pub frequency: f64,
-    /// zeta.
+    /// Damping ratio zeta.
     pub damping: Option<f64>,
 }
 

@@ -109,7 +109,8 @@ fn mu_synthesis_reaches_the_published_value() {
     assert!((0.974..1.07).contains(&found.mu), "{:?}", found.history);
 }
 
-/// Design 1 of Skogestad and Postlethwaite, "Multivariable Feedback Control", 2005, example 2.17: the optimum is 1.37.
+/// The optimum of design 1 of Skogestad and Postlethwaite, "Multivariable Feedback Control", 2005, example 2.17, is
+/// 1.37.
 #[test]
 fn mixed_sensitivity_reaches_the_published_optimum() {
     // G = 200/((10 s + 1)(0.05 s + 1)^2), W1 = (s/1.5 + 10)/(s + 1e-3), W2 = 1.
