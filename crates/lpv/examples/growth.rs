@@ -1,4 +1,4 @@
-//! How time and memory of a synthesis grow with the states n and the parameter channels r.
+//! Growth of time and memory of a synthesis with the number of states n and of parameter channels r.
 //!
 //! `growth N R` designs one controller and prints one row: n, r, seconds, peak memory in MB, the least gamma, the
 //! proved bound. Run one process per size, because the peak is that of the process (Linux; elsewhere `nan`).
@@ -21,7 +21,7 @@ const DAMPING: f64 = 0.3;
 /// The largest relative change by a parameter.
 const CHANGE: f64 = 0.2;
 
-/// The masses that a link connects: +1 and -1, or a single 1 at a wall.
+/// Returns the masses that a link connects: +1 and -1, or a single 1 at a wall.
 fn link(k: usize, masses: usize) -> Mat {
     Mat::from_fn(masses, 1, |i, _| match (i + 1 == k, i == k) {
         (true, _) => -1.0,
@@ -30,7 +30,7 @@ fn link(k: usize, masses: usize) -> Mat {
     })
 }
 
-/// `[link, is a damper]` of every channel: the springs along the chain first, then the dampers.
+/// Returns `[link, is a damper]` of every channel: the springs along the chain first, then the dampers.
 fn changed(masses: usize, r: usize) -> Vec<(usize, bool)> {
     let links = masses + 1;
     let springs = r.min(links);
@@ -38,12 +38,12 @@ fn changed(masses: usize, r: usize) -> Vec<(usize, bool)> {
     spread(springs, false).chain(spread(r - springs, true)).collect()
 }
 
-/// r channels divided among three parameters: `[3, 3, 2]` for r = 8.
+/// Returns r channels divided among three parameters: `[3, 3, 2]` for r = 8.
 fn repetitions(r: usize) -> Vec<usize> {
     (0..3).map(|i| (r + 2 - i) / 3).filter(|&count| count > 0).collect()
 }
 
-/// The chain with n states and r channels.
+/// Returns the chain with n states and r channels.
 fn chain(n: usize, r: usize) -> Result<GeneralisedPlant, SynthesisError> {
     let masses = n / 2;
     let mut a = Mat::zeros(n, n);
@@ -86,7 +86,7 @@ fn chain(n: usize, r: usize) -> Result<GeneralisedPlant, SynthesisError> {
     Ok(GeneralisedPlant::new(repetitions(r), &blocks)?)
 }
 
-/// The peak memory of this process, in MB.
+/// Returns the peak memory of this process, in MB.
 fn peak_memory() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

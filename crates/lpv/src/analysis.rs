@@ -1,7 +1,7 @@
 //! Bounds on the gain of a closed loop.
 //!
 //! - [`bounded_gain()`]: for every trajectory of the parameters, at any rate;
-//! - [`given_loop()`]: the same, with no bound to start from;
+//! - [`given_loop()`]: the same, without an initial bound;
 //! - [`rate`]: for a bounded parameter rate, on a grid;
 //! - [`sampled_gain()`]: for a plant without parameters and a sampled controller, including the time between samples;
 //! - [`at_ticks`]: the discrete-time loop with the same bounds, for every sequence of the parameters;

@@ -1,4 +1,4 @@
-//! Anti-windup: the saturated part of the commands is fed back into the states of the controller.
+//! Anti-windup: feedback of the saturated part of the commands into the states of the controller.
 //!
 //! With `phi = u - sat(u)`, the part of the command u beyond its limits, a loop with saturation is
 //!
@@ -49,17 +49,17 @@ const FLOOR: f64 = 1e-9;
 /// A stable loop at one parameter value, without limits, with n states, the controller's last, and m commands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LimitedLoop {
-    /// A, n x n.
+    /// System matrix A, n x n.
     pub a: Mat,
-    /// B, n x m: the effect of the commands.
+    /// Input matrix B, n x m: the effect of the commands.
     pub b: Mat,
-    /// K, m x n: the feedback from the states to the commands.
+    /// Feedback K, m x n, from the states to the commands.
     pub k: Mat,
-    /// C, p x n: the output whose recovery is to be fast.
+    /// Output matrix C, p x n, of the output that must recover fast.
     pub c: Mat,
     /// The limit of each command in both directions, m positive numbers; for unequal limits, the smaller one.
     pub limits: Vec<f64>,
-    /// S, n x k: the region of the states must contain `S v` for every v with |v| <= 1.
+    /// Region S, n x k: the region of the states must contain `S v` for every v with |v| <= 1.
     pub region: Mat,
 }
 
@@ -74,27 +74,27 @@ pub enum Aim<'a> {
     RegionOf(&'a Mat),
 }
 
-/// An anti-windup gain, and what it achieves at each of the loops.
+/// An anti-windup gain, with the bound and the region that hold at each of the loops.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AntiWindup {
-    /// E, n_k x m: E phi is added to the rates of the controller's n_k states.
+    /// Gain E, n_k x m: E phi is added to the rates of the controller's n_k states.
     pub gain: Mat,
     /// A bound of the gain from u_o to z as long as the state stays in the region; infinite if not computed.
     pub gamma: f64,
-    /// The region contains this multiple of S.
+    /// The multiple of S that the region contains.
     pub region: f64,
 }
 
 /// Computes one gain E for all `loops`, whose last `controller_states` states are those of the controller.
 ///
 /// `largest_gain` bounds the entries of E \[1/s\], with the states in units of their sizes in the loop and phi in those
-/// of the limits: otherwise E may be too large for a sampled controller, with almost no gain in gamma.
+/// of the limits: otherwise E may be too large for a sampled controller, with almost no improvement of gamma.
 ///
 /// Each loop has its own P. The result therefore holds for frozen parameters.
 ///
 /// # Errors
-/// [`SynthesisError::System`] without a loop, or if its matrices do not fit; [`SynthesisError::Infeasible`], also if a
-/// limit is not positive; [`SynthesisError::Numerical`].
+/// Returns [`SynthesisError::System`] without a loop, or if its matrices do not fit; [`SynthesisError::Infeasible`],
+/// also if a limit is not positive; [`SynthesisError::Numerical`].
 pub fn anti_windup(
     loops: &[LimitedLoop],
     controller_states: usize,
@@ -104,20 +104,20 @@ pub fn anti_windup(
     Sought { loops, controller_states, largest_gain, aim }.gain(None)
 }
 
-/// As [`anti_windup`] for [`Aim::Recovery`]: for each of `slacks` the smallest gain whose gamma is above the least by
-/// at most that fraction.
+/// Computes [`anti_windup`] for [`Aim::Recovery`]: for each of `slacks` the smallest gain whose gamma is above the
+/// least by at most that fraction.
 ///
 /// # Errors
-/// As [`anti_windup`].
+/// Errors of [`anti_windup`].
 pub fn smallest_gains(
     loops: &[LimitedLoop],
     controller_states: usize,
     largest_gain: f64,
     slacks: &[f64],
 ) -> Result<Vec<AntiWindup>, SynthesisError> {
-    let sought = Sought { loops, controller_states, largest_gain, aim: Aim::Recovery };
-    let least = sought.gain(None)?.gamma;
-    slacks.iter().map(|slack| sought.gain(Some((1.0 + slack) * least))).collect()
+    let problem = Sought { loops, controller_states, largest_gain, aim: Aim::Recovery };
+    let least = problem.gain(None)?.gamma;
+    slacks.iter().map(|slack| problem.gain(Some((1.0 + slack) * least))).collect()
 }
 
 /// The arguments of [`anti_windup`].
@@ -130,14 +130,14 @@ struct Sought<'a> {
 }
 
 impl Sought<'_> {
-    /// The gain of the aim or, for a given gamma, the smallest one.
+    /// Returns the gain of the aim or, for a given gamma, the smallest one.
     fn gain(self, gamma: Option<f64>) -> Result<AntiWindup, SynthesisError> {
         let Self { loops, controller_states, largest_gain, aim } = self;
         check(loops, controller_states)?;
         let sizes = sizes(loops)?;
         let (n, m) = (sizes.len(), loops[0].limits.len());
         let mut program = Program::default();
-        // In units of phi_j / limit_j, and states in units of their sizes.
+        // Units are phi_j / limit_j for commands, and the sizes of the states.
         let u = program.symmetric_commuting(&(0..m).collect::<Vec<_>>());
         let controller_sizes = sizes.rows(n - controller_states, controller_states).into_owned();
         let largest = |j: usize| loops.iter().map(|each| each.limits[j]).fold(0.0, f64::max);
@@ -212,7 +212,7 @@ fn check(loops: &[LimitedLoop], controller_states: usize) -> Result<(), Synthesi
     Ok(())
 }
 
-/// `L = E U` with `|E_ij| < largest`; the objective is the sum of all `|L_ij|` if the smallest is sought.
+/// Returns `L = E U` with `|E_ij| < largest`; the objective is the sum of all `|L_ij|` for the smallest.
 fn bounded_gain(program: &mut Program, u: &Affine, states: usize, largest: f64, smallest: bool) -> Affine {
     let m = u.shape().0;
     let l = program.full(states, m);
@@ -232,7 +232,7 @@ fn bounded_gain(program: &mut Program, u: &Affine, states: usize, largest: f64, 
     l
 }
 
-/// The inequalities of one loop in its scaled coordinates.
+/// Adds the inequalities of one loop in its scaled coordinates.
 fn impose(
     program: &mut Program,
     each: &LimitedLoop,
@@ -275,7 +275,7 @@ fn impose(
     program.positive("region", symmetric(&[vec![size.times_identity(region.ncols()), columns], vec![q]]));
 }
 
-/// The loop in states `x_i / size_i` and commands `u_j / largest_j`.
+/// Returns the loop in states `x_i / size_i` and commands `u_j / largest_j`.
 fn scaled(each: &LimitedLoop, sizes: &DVector<f64>, largest: &impl Fn(usize) -> f64) -> LimitedLoop {
     let LimitedLoop { a, b, k, c, limits, region } = each;
     let from = |m: &Mat| Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] / sizes[i]);
@@ -291,8 +291,8 @@ fn scaled(each: &LimitedLoop, sizes: &DVector<f64>, largest: &impl Fn(usize) -> 
     }
 }
 
-/// The size of each state under white noise of unit size in the directions of the region and on the commands, in units
-/// of their limits.
+/// Returns the size of each state under white noise of unit size in the directions of the region and on the commands,
+/// in units of their limits.
 fn sizes(loops: &[LimitedLoop]) -> Result<DVector<f64>, SynthesisError> {
     let n = loops.first().map_or(0, |l| l.a.nrows());
     let mut variances = DVector::zeros(n);

@@ -13,10 +13,10 @@
 //! - [`inequalities`]: the synthesis inequalities at values of the parameter;
 //! - `central`: the controller at one value, in closed form;
 //! - `scheduled`: an LFT fitted to controllers at many values;
-//! - [`mod@intervals`]: proof of the gain of the closed loop, between the values too;
+//! - [`mod@intervals`]: proof of the gain of the closed loop on the whole range of the parameter;
 //! - [`loop_lyapunov`]: Lyapunov matrices computed for the closed loop, also with model error;
 //! - [`mod@finished`]: the gain of a given closed loop, by Lyapunov matrices of increasing order;
-//! - [`design`]: the whole design.
+//! - [`design`]: the complete design.
 
 pub(crate) mod central;
 pub mod design;

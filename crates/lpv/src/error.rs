@@ -4,10 +4,10 @@
 
 use thiserror::Error;
 
-/// A system, its samples or its parameters cannot be used.
+/// Error of a system, its samples or its parameters.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SystemError {
-    /// A matrix of a partitioned system does not fit the others.
+    /// A matrix of a partitioned system that does not fit the others.
     #[error("{name} is {} x {}, it must be {} x {}", found.0, found.1, expected.0, expected.1)]
     Shape {
         /// The name of the matrix in the partition.
@@ -16,19 +16,19 @@ pub enum SystemError {
         /// The shape required by the other matrices.
         expected: (usize, usize),
     },
-    /// In a linear fractional transformation `I - D Theta` is singular.
+    /// A singular matrix `I - D Theta` of a linear fractional transformation.
     #[error("the linear fractional transformation is not well posed at theta = {theta:?}")]
     NotWellPosed { theta: Vec<f64> },
-    /// There must be samples.
+    /// An empty list of samples.
     #[error("there are no samples to fit")]
     NoSamples,
-    /// A polynomial of order d needs d + 1 different parameter values.
+    /// Too few different parameter values: a polynomial of order d needs d + 1.
     #[error("{samples} different parameter values do not determine a polynomial of order {order}")]
     TooFewSamples { samples: usize, order: usize },
-    /// All samples must have one shape.
+    /// Samples of different shapes.
     #[error("the sample at rho = {rho} is {found:?}, the first is {expected:?}")]
     UnlikeShapes { rho: f64, expected: (usize, usize), found: (usize, usize) },
-    /// A number makes a weight improper, unstable or infinite.
+    /// A number that makes a weight improper, unstable or infinite.
     #[error("{name} {index} is {found}; it must be {allowed}")]
     Number {
         name: &'static str,
@@ -37,40 +37,40 @@ pub enum SystemError {
         found: f64,
         allowed: &'static str,
     },
-    /// The plant of a sampled loop must have no parameters.
+    /// A plant of a sampled loop with parameters.
     #[error("the plant has {channels} channels of parameters; freeze it at a value first")]
     Scheduled { channels: usize },
-    /// The time between two samples must be positive.
+    /// A sample time that is not positive and finite.
     #[error("the sample time is {found}; it must be above 0 and finite")]
     SampleTime { found: f64 },
-    /// The sampled output must not jump with the commands.
+    /// A direct path from the commands to the sampled output, which would jump.
     #[error(
         "the plant has a direct path D22 from u to y, which jumps when it is sampled; put a lag into the measurements \
          or the controls"
     )]
     DirectPath,
-    /// In a sampled loop rounding grows with each doubling of the time.
+    /// Excessive rounding in a sampled loop, which grows with each doubling of the time.
     #[error(
         "over one sample the plant and its worst input change by a factor of {size:.1e}, too much to compute: \
          leave out what is faster than a millionth of the sample time, or scale w, z and the states alike"
     )]
     Stiff { size: f64 },
-    /// The ladder of gammas is for exactly one parameter.
+    /// A number of parameters other than one for the ladder of gammas.
     #[error("the plant depends on {found} parameters, the ladder of gammas is for one")]
     NotOneParameter { found: usize },
-    /// The grid of the ladder must include both ends.
+    /// A grid of the ladder without both ends.
     #[error("{found} samples of the closed loop are too few, at least 2 are needed")]
     TooFewPoints { found: usize },
-    /// Parameters are normalised.
+    /// A parameter value outside the normalised range.
     #[error("theta = {theta} is outside [-1, 1]")]
     OutsideTheBox { theta: f64 },
 }
 
-/// Synthesis found no controller: the problem is infeasible ([`SynthesisError::is_infeasible`]), a further requirement
-/// was not met ([`SynthesisError::TooFast`]), the input is invalid, or the numerics failed.
+/// Failure of a synthesis: the problem is infeasible ([`SynthesisError::is_infeasible`]), a further requirement was not
+/// met ([`SynthesisError::TooFast`]), the input is invalid, or the numerics failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SynthesisError {
-    /// A mode that no input reaches is not stable.
+    /// A mode that is neither stable nor controllable from any control.
     #[error(
         "the plant cannot be stabilised: the mode at {:.4} {:+.4}i is not reached by any control \
          input", shown(*re), shown(*im)
@@ -81,7 +81,7 @@ pub enum SynthesisError {
         /// Imaginary part of the mode, rad/s.
         im: f64,
     },
-    /// A mode that no measurement shows is not stable.
+    /// A mode that is neither stable nor observable from any measurement.
     #[error("the plant cannot be stabilised: the mode at {:.4} {:+.4}i is not seen in any \
         measurement", shown(*re), shown(*im))]
     NotDetectable {
@@ -90,7 +90,7 @@ pub enum SynthesisError {
         /// Imaginary part of the mode, rad/s.
         im: f64,
     },
-    /// The plant may be stabilisable at each frozen parameter, but not for every trajectory by one Lyapunov function.
+    /// A plant that no single Lyapunov function shows to be stabilisable for every trajectory of the parameters.
     #[error(
         "no quadratic Lyapunov function common to all values of the parameters, with these scalings, shows that a \
          control stabilises the plant for every trajectory of them; another kind of controller may exist; narrow the \
@@ -104,22 +104,22 @@ pub enum SynthesisError {
          range of the parameters, measure what they drive, or bound their rate"
     )]
     NotQuadraticallyDetectable,
-    /// The H2 norm of a loop with a direct path from w to z is infinite.
+    /// A direct path from w to z, with which the H2 norm of the loop is infinite.
     #[error("D11 has an entry of {largest:.4e}; it must be zero for a finite H2 norm: filter z, w or both")]
     H2DirectPath {
         /// The largest magnitude of an entry.
         largest: f64,
     },
-    /// D12 has no full column rank or D21 no full row rank.
+    /// A D12 without full column rank or a D21 without full row rank.
     #[error(
         "a combination of the controls has no weight in z, or one of the measurements no noise in w; the H2-optimal \
          controller needs D12 of full column rank and D21 of full row rank"
     )]
     Singular,
-    /// The solver proved that no gamma is feasible.
+    /// A proof of the solver that no gamma is feasible.
     #[error("the matrix inequalities of '{stage}' have no solution (the solver has a certificate of this)")]
     Infeasible { stage: &'static str },
-    /// The least gamma is above the limit.
+    /// A least gamma above the limit.
     #[error(
         "the least gamma found is {optimum:.6e}, {:.2} % above the limit {limit:.6e}{}",
         100.0 * (optimum / limit - 1.0),
@@ -134,7 +134,7 @@ pub enum SynthesisError {
         /// (from 1), and frequency in rad/s.
         dominant: Option<(usize, usize, f64)>,
     },
-    /// The controller's fastest mode, on a grid of the parameters, is beyond the limit. This does not prove that every
+    /// A controller whose fastest mode, on a grid of the parameters, is above the limit. This does not prove that every
     /// controller is too fast: only some of those that keep gamma were tried.
     #[error(
         "every controller found has a mode {ratio:.3} times as fast as the limit allows, also with the \
@@ -144,28 +144,28 @@ pub enum SynthesisError {
         /// The fastest mode of the last controller tried, relative to the limit.
         ratio: f64,
     },
-    /// There are controllers for the plant without D22, but none was found whose loop with D22 is well posed.
+    /// Controllers for the plant without D22, but none found whose loop with D22 is well posed.
     #[error(
         "the direct path D22 from u to y makes every controller found ill posed: I + Duy D22 of the controller \
          for the plant without D22 is singular within the box of the parameters; put a lag into the \
          measurements or the controls of the plant"
     )]
     NotWellPosed,
-    /// The solver stopped without a valid answer.
+    /// A numerical failure: the solver stopped without a valid answer.
     #[error("numerical failure in '{stage}': {diagnosis}")]
     Numerical { stage: &'static str, diagnosis: String },
-    /// The plant's matrices do not fit together.
+    /// Matrices of the plant that do not fit together.
     #[error(transparent)]
     System(#[from] SystemError),
 }
 
 impl SynthesisError {
-    /// [`SynthesisError::Numerical`].
+    /// Returns [`SynthesisError::Numerical`].
     pub fn numerical(stage: &'static str, diagnosis: impl Into<String>) -> Self {
         Self::Numerical { stage, diagnosis: diagnosis.into() }
     }
 
-    /// No controller within the limit was found, but it is not shown that none exists.
+    /// Returns the error if no controller within the limit was found but none is excluded.
     pub(crate) fn undecided(gamma: f64, lower: f64, limit: f64) -> Self {
         let diagnosis = format!(
             "the least gamma found is {gamma:.6e}, above the limit {limit:.6e}, but only below {lower:.6e} is it \
@@ -174,7 +174,7 @@ impl SynthesisError {
         Self::numerical("limit of gamma", diagnosis)
     }
 
-    /// Whether the problem is known to have no solution, in contrast to a failure to find one.
+    /// Returns `true` if the problem is known to have no solution, in contrast to a failure to find one.
     pub fn is_infeasible(&self) -> bool {
         matches!(
             self,
@@ -194,27 +194,27 @@ fn dominant_words(dominant: &Option<(usize, usize, f64)>) -> String {
     })
 }
 
-/// A number for display with four decimals: 0 instead of -0.0000.
+/// Returns a number for display with four decimals: 0 instead of -0.0000.
 fn shown(v: f64) -> f64 {
     if v.abs() < 0.5e-4 { 0.0 } else { v }
 }
 
-/// No gain at a bounded rate of the parameter was computed.
+/// Failure to compute a gain at a bounded rate of the parameter.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum RateError {
-    /// There must be samples.
+    /// An empty list of samples.
     #[error("there are no samples of the system")]
     NoSamples,
-    /// Samples must be in ascending order of the parameter.
+    /// Samples that are not in ascending order of the parameter.
     #[error("the sample at theta = {theta} is not above the previous one")]
     NotAscending { theta: f64 },
-    /// All samples must be systems of one shape.
+    /// A sample whose shape differs from the others.
     #[error("the sample at theta = {theta}: {source}")]
     Shape { theta: f64, source: SystemError },
-    /// The rate must be zero or more.
+    /// A negative bound on the rate.
     #[error("the bound on the rate of the parameter is {rate}, it must be zero or more")]
     NegativeRate { rate: f64 },
-    /// A system that is unstable at a constant parameter has no finite gain.
+    /// A system that is unstable at a constant parameter, which has no finite gain.
     #[error("the system at theta = {theta} has a mode with real part {re:.3e}")]
     Unstable {
         theta: f64,

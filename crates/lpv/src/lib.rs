@@ -14,7 +14,7 @@
 //!
 //! - [`system`]: LFTs, state space, the partition of plant, controller and loop, the tracking problem;
 //! - [`lmi`]: linear matrix inequalities as expressions, and the solvers behind them;
-//! - [`synthesis`]: from a generalised plant to a controller and a bound;
+//! - [`synthesis`]: controller synthesis for a generalised plant, with a bound on the gain;
 //! - [`mixed_sensitivity`], [`h2`]: the plant of a mixed-sensitivity design; H2-optimal controllers;
 //! - [`structured`]: controllers of fixed structure, whose gains are tuned;
 //! - [`analysis`]: bounds on the gain of a closed loop;
@@ -27,8 +27,8 @@
 //!
 //! # Example
 //!
-//! The tutorial plant of LPVTools (LFT tutorial; from the numbers in its documentation): `x' = -rho x + rho u` with rho
-//! in [1, 10], a weight on the tracking error and one on the control. Its least gamma is 1.788.
+//! Example: the tutorial plant of LPVTools (LFT tutorial, numbers from its documentation), `x' = -rho x + rho u` with
+//! rho in [1, 10], a weight on the tracking error and one on the control. Its least gamma is 1.788.
 //!
 //! ```
 //! use squid_lpv::partition::Group::{T, U, W, X, Y, Z};

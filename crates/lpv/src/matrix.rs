@@ -9,7 +9,7 @@ pub type Mat = DMatrix<f64>;
 /// A complex vector of any size.
 pub type ComplexVector = DVector<Complex<f64>>;
 
-/// The block matrix: `block(&[&[a, b], &[c, d]])` is `[a b; c d]`.
+/// Returns the block matrix: `block(&[&[a, b], &[c, d]])` is `[a b; c d]`.
 ///
 /// All blocks of a row have one height and all of a column one width; blocks without rows or columns are allowed. A
 /// mismatch is a defect of this crate.
@@ -30,7 +30,7 @@ pub fn block(rows: &[&[&Mat]]) -> Mat {
     out
 }
 
-/// The block diagonal matrix of `blocks`.
+/// Returns the block diagonal matrix of `blocks`.
 pub fn diagonal_blocks(blocks: &[&Mat]) -> Mat {
     let rows = blocks.iter().map(|b| b.nrows()).sum();
     let cols = blocks.iter().map(|b| b.ncols()).sum();
@@ -44,23 +44,22 @@ pub fn diagonal_blocks(blocks: &[&Mat]) -> Mat {
     out
 }
 
-/// `(A + A')/2`. A is n x n.
+/// Returns `(A + A')/2`. A is n x n.
 pub fn symmetric_part(a: &Mat) -> Mat {
     (a + a.transpose()) * 0.5
 }
 
-/// `(A - A')/2`. A is n x n.
+/// Returns `(A - A')/2`. A is n x n.
 pub fn skew_part(a: &Mat) -> Mat {
     (a - a.transpose()) * 0.5
 }
 
-/// Has faer compute on one thread, so that sums are formed in the same order on every machine. It computes on all
-/// threads otherwise.
+/// Makes faer compute on one thread instead of all, so that sums are formed in the same order on every machine.
 pub(crate) fn on_one_thread() {
     faer::set_global_parallelism(faer::Par::Seq);
 }
 
-/// The matrix in faer, whose decompositions are accurate; `None` if an entry is not finite.
+/// Converts a matrix to faer, whose decompositions are accurate; `None` if an entry is not finite.
 fn to_faer<T: ComplexField>(a: &DMatrix<T>) -> Option<faer::Mat<T>> {
     on_one_thread();
     let finite = a.iter().all(ComplexField::is_finite);
@@ -75,15 +74,15 @@ fn from_faer<T: ComplexField + Copy>(a: faer::MatRef<'_, T>) -> DMatrix<T> {
 ///
 /// All NaN if A has a NaN or the iteration fails: no comparison then succeeds.
 pub struct Svd {
-    /// m x m, orthogonal.
+    /// Left singular vectors, m x m, orthogonal.
     pub u: Mat,
-    /// min(m, n) values.
+    /// Singular values, min(m, n).
     pub s: Vec<f64>,
-    /// n x n, orthogonal.
+    /// Right singular vectors, n x n, orthogonal.
     pub v: Mat,
 }
 
-/// The singular value decomposition of A, m x n.
+/// Returns the singular value decomposition of A, m x n.
 pub fn svd(a: &Mat) -> Svd {
     let (m, n) = a.shape();
     if a.is_empty() {
@@ -103,8 +102,8 @@ pub fn svd(a: &Mat) -> Svd {
     }
 }
 
-/// The pseudo-inverse, with singular values below `tolerance` times the largest taken as zero. n x m for an m x n
-/// matrix.
+/// Returns the pseudo-inverse, with singular values below `tolerance` times the largest taken as zero. n x m for an m x
+/// n matrix.
 pub fn pseudo_inverse(a: &Mat, tolerance: f64) -> Mat {
     let Svd { u, s, v } = svd(a);
     let largest = s.first().copied().unwrap_or(0.0);
@@ -115,12 +114,12 @@ pub fn pseudo_inverse(a: &Mat, tolerance: f64) -> Mat {
     out
 }
 
-/// Eigenvalues of a symmetric matrix, ascending; NaN if it has one.
+/// Returns the eigenvalues of a symmetric matrix, ascending; NaN if the matrix has a NaN.
 pub fn symmetric_eigenvalues(a: &Mat) -> Vec<f64> {
     ascending_eigenvalues(&symmetric_part(a))
 }
 
-/// By nalgebra, in a third of faer's time at up to some 80 rows.
+/// Returns the ascending eigenvalues by nalgebra, in a third of faer's time for up to about 80 rows.
 fn ascending_eigenvalues<T: ComplexField<RealField = f64>>(a: &DMatrix<T>) -> Vec<f64> {
     if a.is_empty() {
         return vec![];
@@ -133,18 +132,18 @@ fn ascending_eigenvalues<T: ComplexField<RealField = f64>>(a: &DMatrix<T>) -> Ve
     values
 }
 
-/// The largest eigenvalue of a symmetric matrix (minus infinity for an empty one).
+/// Returns the largest eigenvalue of a symmetric matrix (minus infinity for an empty one).
 pub fn largest_eigenvalue(a: &Mat) -> f64 {
     symmetric_eigenvalues(a).last().copied().unwrap_or(f64::NEG_INFINITY)
 }
 
-/// The least eigenvalue of a symmetric matrix (infinity for an empty one).
+/// Returns the least eigenvalue of a symmetric matrix (infinity for an empty one).
 pub fn least_eigenvalue(a: &Mat) -> f64 {
     symmetric_eigenvalues(a).first().copied().unwrap_or(f64::INFINITY)
 }
 
-/// The least eigenvalue of a symmetric matrix, to rounding, or at most a relative 1e-9 less; NaN if the matrix has one,
-/// infinity for an empty one.
+/// Returns the least eigenvalue of a symmetric matrix, to rounding, or at most a relative 1e-9 less; NaN if the matrix
+/// has one, infinity for an empty one.
 ///
 /// By bisection with Sturm sequences, in a fifth of the time of all eigenvalues: W. Barth, R. S. Martin, J. H.
 /// Wilkinson, Numerische Mathematik 9, 1967.
@@ -179,8 +178,8 @@ pub(crate) fn quick_least_eigenvalue(a: Mat) -> f64 {
 /// The relative accuracy of [`quick_least_eigenvalue`].
 const RESOLUTION: f64 = 1e-9;
 
-/// The largest eigenvalue of a symmetric matrix after the diagonal congruence that makes its diagonal -1. The sign is
-/// that of the largest eigenvalue, and rounding enters in proportion. 1 if the diagonal is not negative.
+/// Returns the largest eigenvalue of a symmetric matrix after the diagonal congruence that makes its diagonal -1. The
+/// sign is that of the largest eigenvalue, and rounding enters in proportion. 1 if the diagonal is not negative.
 pub(crate) fn scaled_largest_eigenvalue(m: &Mat) -> f64 {
     if m.iter().any(|v| !v.is_finite()) {
         return f64::INFINITY;
@@ -192,7 +191,7 @@ pub(crate) fn scaled_largest_eigenvalue(m: &Mat) -> f64 {
     largest_eigenvalue(&(&scale * m * &scale))
 }
 
-/// The least eigenvalue for a matrix that should be positive definite, scaled as in [`scaled_largest_eigenvalue`].
+/// Returns the least eigenvalue of a nominally positive matrix, scaled as in [`scaled_largest_eigenvalue`].
 pub(crate) fn scaled_least_eigenvalue(m: &Mat) -> f64 {
     -scaled_largest_eigenvalue(&-m)
 }
@@ -200,7 +199,7 @@ pub(crate) fn scaled_least_eigenvalue(m: &Mat) -> f64 {
 /// An eigenvalue that cannot be computed: no comparison with it succeeds.
 const UNKNOWN: Complex<f64> = Complex::new(f64::NAN, f64::NAN);
 
-/// Eigenvalues of a square matrix, sorted by real and then imaginary part.
+/// Returns the eigenvalues of a square matrix, sorted by real and then imaginary part.
 ///
 /// All NaN if the matrix has a NaN or the QR iteration fails: no comparison then succeeds.
 pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
@@ -214,9 +213,9 @@ pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
     values
 }
 
-/// Eigenvalues by nalgebra, in half of faer's time or less at up to some 80 rows; `None` if an entry is not finite or
-/// the iteration fails, as that of a cyclic permutation does: it has no exceptional shifts. Of a pair of equal real
-/// eigenvalues it may make the square root of a number that rounding put below zero.
+/// Returns the eigenvalues by nalgebra, in half of faer's time or less for up to about 80 rows; `None` if an entry is
+/// not finite or the iteration fails, as for a cyclic permutation: it has no exceptional shifts. Of a pair of equal
+/// real eigenvalues it may take the square root of a number that rounding made negative.
 fn quick_eigenvalues(a: &Mat) -> Option<Vec<Complex<f64>>> {
     if !a.iter().all(|v| v.is_finite()) {
         return None;
@@ -229,14 +228,14 @@ fn quick_eigenvalues(a: &Mat) -> Option<Vec<Complex<f64>>> {
 /// The largest number of QR sweeps per row; two or three are usual.
 const MOST_SWEEPS: usize = 20;
 
-/// A basis of the invariant subspace of the eigenvalues with positive real parts, as columns; `None` unless these are
-/// half of all.
+/// Returns a basis of the invariant subspace of the eigenvalues with positive real parts, as columns; `None` unless
+/// these are half of all eigenvalues.
 pub(crate) fn growing_basis(a: &Mat) -> Option<Mat> {
     let n = a.nrows();
     let decomposition = to_faer(a)?.eigen_from_real().ok()?;
     let (vectors, values) = (decomposition.U(), decomposition.S().column_vector());
     let mut basis: Vec<DVector<f64>> = vec![];
-    // Real and imaginary part of one vector of each complex pair.
+    // The real and the imaginary part of one vector of each complex pair.
     for k in (0..n).filter(|k| values[*k].re > 0.0 && values[*k].im >= 0.0) {
         basis.push(DVector::from_fn(n, |i, _| vectors[(i, k)].re));
         if values[k].im > 0.0 {
@@ -246,18 +245,18 @@ pub(crate) fn growing_basis(a: &Mat) -> Option<Mat> {
     (2 * basis.len() == n).then(|| Mat::from_fn(n, n / 2, |i, j| basis[j][i]))
 }
 
-/// The largest real part of the eigenvalues (minus infinity for an empty matrix).
+/// Returns the largest real part of the eigenvalues (minus infinity for an empty matrix).
 pub fn spectral_abscissa(a: &Mat) -> f64 {
     largest(f64::NEG_INFINITY, eigenvalues(a).into_iter().map(|v| v.re))
 }
 
-/// The largest of some values and of `least`; NaN if one of them is, which `f64::max` would ignore.
+/// Returns the largest of some values and of `least`; NaN if one of them is, which `f64::max` would ignore.
 pub fn largest(least: f64, values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(least, |most, v| if most.is_nan() || v.is_nan() { f64::NAN } else { most.max(v) })
 }
 
-/// The solution of `A X = B` by LU with partial pivoting; `None` if A is singular. Empty systems are allowed. A is n x
-/// n, B n x k.
+/// Returns the solution of `A X = B` by LU with partial pivoting; `None` if A is singular. Empty systems are allowed. A
+/// is n x n, B n x k.
 pub fn solve(a: &Mat, b: &Mat) -> Option<Mat> {
     if a.is_empty() { Some(b.clone()) } else { a.clone().lu().solve(b) }
 }
@@ -284,7 +283,7 @@ impl Definite {
         }
         let scale: Vec<f64> = lower.diagonal().iter().map(|d| 1.0 / d.sqrt()).collect();
         let mut matrix = lower;
-        // In tiles: the upper triangle is written across its columns, and a large matrix does not fit into the cache.
+        // Tiles: the upper triangle is written across its columns, and a large matrix does not fit into the cache.
         for tile in (0..n).step_by(TILE) {
             for below in (tile..n).step_by(TILE) {
                 for j in tile..n.min(tile + TILE) {
@@ -307,13 +306,13 @@ impl Definite {
         None
     }
 
-    /// The solution of `A x = b` as accurately as possible.
+    /// Returns the solution of `A x = b` as accurately as possible.
     pub(crate) fn solve(&self, b: &[f64]) -> Vec<f64> {
         self.solve_to(b, 1e-14)
     }
 
-    /// The solution of `A x = b` to a relative residual, by conjugate gradients with the factor as preconditioner: two
-    /// steps if the factor is good.
+    /// Returns the solution of `A x = b` to a relative residual, by conjugate gradients with the factor as
+    /// preconditioner: two steps if the factor is good.
     pub(crate) fn solve_to(&self, b: &[f64], residual: f64) -> Vec<f64> {
         use faer::linalg::solvers::Solve;
         let n = b.len();
@@ -354,7 +353,7 @@ impl Definite {
 /// The largest number of conjugate gradient steps: more would only reduce rounding.
 const MOST_REFINEMENTS: usize = 3;
 
-/// `f(A) = V f(Lambda) V'` for a symmetric matrix.
+/// Returns `f(A) = V f(Lambda) V'` for a symmetric matrix.
 pub fn symmetric_function(a: &Mat, f: impl Fn(f64) -> f64) -> Mat {
     if a.is_empty() {
         return a.clone();
@@ -366,7 +365,7 @@ pub fn symmetric_function(a: &Mat, f: impl Fn(f64) -> f64) -> Mat {
     &vectors * diagonal(values) * vectors.transpose()
 }
 
-/// An orthonormal basis of the kernel of A, as columns.
+/// Returns an orthonormal basis of the kernel of A, as columns.
 ///
 /// Singular values below `1e-10` of the largest are taken as zero. n x k for an m x n matrix with a k-dimensional
 /// kernel.
@@ -377,7 +376,8 @@ pub fn kernel(a: &Mat) -> Mat {
     v.columns(rank, a.ncols() - rank).into_owned()
 }
 
-/// `A = L R` with as few columns in L as `tolerance` allows: singular values up to it are dropped. L is m x k, R k x n.
+/// Returns `A = L R` with as few columns in L as `tolerance` allows: singular values up to it are dropped. L is m x k,
+/// R k x n.
 pub fn rank_factors(a: &Mat, tolerance: f64) -> (Mat, Mat) {
     let Svd { u, s, v } = svd(a);
     let rank = s.iter().filter(|value| **value > tolerance).count();
@@ -390,17 +390,17 @@ pub fn rank_factors(a: &Mat, tolerance: f64) -> (Mat, Mat) {
     (left, right)
 }
 
-/// The largest singular value (0 for an empty matrix).
+/// Returns the largest singular value (0 for an empty matrix).
 pub fn largest_singular_value(a: &Mat) -> f64 {
     svd(a).s.first().copied().unwrap_or(0.0)
 }
 
-/// The largest singular value of a complex matrix (0 for an empty matrix).
+/// Returns the largest singular value of a complex matrix (0 for an empty matrix).
 pub fn largest_complex_singular_value(a: &DMatrix<Complex<f64>>) -> f64 {
     complex_singular_values(a).first().copied().unwrap_or(0.0)
 }
 
-/// Singular values of a complex matrix, descending; NaN if it has one.
+/// Returns the singular values of a complex matrix, descending; NaN if the matrix has a NaN.
 pub fn complex_singular_values(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     let least = a.nrows().min(a.ncols());
     if least == 0 {
@@ -409,7 +409,7 @@ pub fn complex_singular_values(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     to_faer(a).and_then(|a| a.singular_values().ok()).unwrap_or_else(|| vec![f64::NAN; least])
 }
 
-/// Eigenvalues of a square complex matrix; all NaN if it has a NaN or the iteration fails.
+/// Returns the eigenvalues of a square complex matrix; all NaN if it has a NaN or the iteration fails.
 pub fn complex_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<Complex<f64>> {
     if a.is_empty() {
         return vec![];
@@ -426,7 +426,7 @@ pub(crate) struct ComplexSvd {
     pub(crate) v: DMatrix<Complex<f64>>,
 }
 
-/// The singular value decomposition of a complex matrix; `None` if it is empty or an entry is not finite.
+/// Returns the singular value decomposition of a complex matrix; `None` if it is empty or an entry is not finite.
 pub(crate) fn complex_svd(a: &DMatrix<Complex<f64>>) -> Option<ComplexSvd> {
     if a.is_empty() {
         return None;
@@ -445,7 +445,7 @@ pub(crate) struct Modes {
     pub(crate) left: DMatrix<Complex<f64>>,
 }
 
-/// Eigenvalues and eigenvectors of a square matrix; `None` if it is not diagonalisable or an entry is not finite.
+/// Returns eigenvalues and eigenvectors of a square matrix; `None` if it is not diagonalisable or not finite.
 pub(crate) fn eigenvectors(a: &Mat) -> Option<Modes> {
     if a.is_empty() {
         let none = || DMatrix::zeros(0, 0);
@@ -458,54 +458,54 @@ pub(crate) fn eigenvectors(a: &Mat) -> Option<Modes> {
     Some(Modes { values, right, left })
 }
 
-/// The left and right singular vectors of the largest singular value.
+/// Returns the left and right singular vectors of the largest singular value.
 pub fn largest_singular_vectors(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, ComplexVector)> {
     singular_vectors(a, 0)
 }
 
-/// The left and right singular vectors of the least singular value of a square complex matrix.
+/// Returns the left and right singular vectors of the least singular value of a square complex matrix.
 pub fn least_singular_vectors(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, ComplexVector)> {
     singular_vectors(a, a.nrows().checked_sub(1)?)
 }
 
-/// The left and right singular vectors of singular value `number`, from the largest.
+/// Returns the left and right singular vectors of the singular value of index `number`, from the largest.
 fn singular_vectors(a: &DMatrix<Complex<f64>>, number: usize) -> Option<(ComplexVector, ComplexVector)> {
     let ComplexSvd { u, v, .. } = complex_svd(a)?;
     Some((u.column(number).into_owned(), v.column(number).into_owned()))
 }
 
-/// Eigenvalues of a Hermitian matrix, ascending; NaN if it has one.
+/// Returns the eigenvalues of a Hermitian matrix, ascending; NaN if the matrix has a NaN.
 pub fn hermitian_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     if a.nrows() == 1 { vec![a[(0, 0)].re] } else { ascending_eigenvalues(a) }
 }
 
-/// The eigenvectors of a Hermitian matrix as columns, in ascending order of the eigenvalues; `None` if an entry is not
-/// finite.
+/// Returns the eigenvectors of a Hermitian matrix as columns, in ascending order of the eigenvalues; `None` if an entry
+/// is not finite.
 pub(crate) fn hermitian_eigenvectors(a: &DMatrix<Complex<f64>>) -> Option<DMatrix<Complex<f64>>> {
     Some(from_faer(to_faer(a)?.self_adjoint_eigen(Side::Lower).ok()?.U()))
 }
 
-/// The diagonal matrix with the given entries.
+/// Returns the diagonal matrix with the given entries.
 pub(crate) fn diagonal(values: impl IntoIterator<Item = f64>) -> Mat {
     Mat::from_diagonal(&DVector::from_vec(values.into_iter().collect()))
 }
 
-/// Column `index` of the identity, n x 1.
+/// Returns column `index` of the identity, n x 1.
 pub(crate) fn unit(n: usize, index: usize) -> Mat {
     Mat::from_fn(n, 1, |i, _| if i == index { 1.0 } else { 0.0 })
 }
 
-/// `A^1/2` and `A^-1/2` of a symmetric positive definite matrix.
+/// Returns `A^1/2` and `A^-1/2` of a symmetric positive definite matrix.
 pub(crate) fn roots(a: &Mat) -> (Mat, Mat) {
     (symmetric_function(a, f64::sqrt), symmetric_function(a, |v| 1.0 / v.sqrt()))
 }
 
-/// The matrix as a list of rows, as in the files.
+/// Converts the matrix to a list of rows, as in the files.
 pub fn to_rows(a: &Mat) -> Vec<Vec<f64>> {
     a.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
-/// A matrix with `cols` columns from a list of rows; `None` if a row has another length.
+/// Builds a matrix with `cols` columns from a list of rows; `None` if a row has another length.
 pub fn from_rows(rows: &[Vec<f64>], cols: usize) -> Option<Mat> {
     if rows.iter().any(|row| row.len() != cols) {
         return None;
@@ -528,12 +528,12 @@ mod tests {
     }
 
     #[test]
-    fn kernel_of_no_rows_is_everything() {
+    fn kernel_of_a_matrix_without_rows_is_the_full_space() {
         assert_eq!(kernel(&Mat::zeros(0, 3)), Mat::identity(3, 3));
     }
 
     #[test]
-    fn rank_factors_rebuild() {
+    fn rank_factors_multiply_to_the_matrix() {
         let a = dmatrix![1.0, 2.0; 2.0, 4.0; 3.0, 6.0];
         let (l, r) = rank_factors(&a, 1e-12);
         assert_eq!(l.ncols(), 1);
@@ -580,7 +580,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_may_be_empty() {
+    fn empty_blocks_are_allowed() {
         let a = Mat::identity(2, 2);
         let none = Mat::zeros(2, 0);
         assert_eq!(block(&[&[&a, &none]]), a);

@@ -14,8 +14,8 @@ use crate::synthesis::{Design, Options, direct_path};
 use crate::system::state_space::StateSpace;
 use crate::system::{GeneralisedPlant, Sizes};
 
-/// Weights of the error e, the control u and the output y. One with a single input and output stands for as many as
-/// there are signals; `None` leaves a signal out.
+/// Weights of the error e, the control u and the output y. One with a single input and output applies to each of
+/// several signals; `None` leaves a signal out.
 #[derive(Debug, Clone, Default)]
 pub struct Weights {
     /// W1 on `e = w - y`.
@@ -31,11 +31,11 @@ pub struct Weights {
 /// Shapes: G is y x u; e has the size of y, and the last y outputs are the measurement. States: those of G, W1, W2, W3.
 ///
 /// # Errors
-/// A weight with another number of inputs than its signal.
+/// Returns an error for a weight whose number of inputs is not the size of its signal.
 pub fn augw(g: &StateSpace, weights: &Weights) -> Result<StateSpace, SystemError> {
     let (y, u) = g.d.shape();
     let n = g.a.nrows();
-    // Each signal from x, w and u.
+    // Each signal as a function of x, w and u.
     let output = block(&[&[&g.c, &Mat::zeros(y, y), &g.d]]);
     let error = block(&[&[&-&g.c, &Mat::identity(y, y), &-&g.d]]);
     let control = block(&[&[&Mat::zeros(u, n + y), &Mat::identity(u, u)]]);
@@ -67,7 +67,7 @@ pub fn augw(g: &StateSpace, weights: &Weights) -> Result<StateSpace, SystemError
 /// Designs the controller that minimises the H-infinity norm of [`augw`] in the loop, with a bound of that norm.
 ///
 /// # Errors
-/// As [`augw`] and [`direct_path::synthesise`].
+/// Errors of [`augw`] and [`direct_path::synthesise`].
 pub fn mixsyn(g: &StateSpace, weights: &Weights, options: Options) -> Result<Design, SynthesisError> {
     let augmented = augw(g, weights)?;
     let (y, u) = g.d.shape();
@@ -76,7 +76,7 @@ pub fn mixsyn(g: &StateSpace, weights: &Weights, options: Options) -> Result<Des
     direct_path::synthesise(&plant, &d22, options)
 }
 
-/// A weight for a number of signals.
+/// Expands a weight to a number of signals.
 fn for_signal(weight: &StateSpace, signals: usize, name: &'static str) -> Result<StateSpace, SystemError> {
     let (outputs, inputs) = weight.d.shape();
     if inputs == signals {

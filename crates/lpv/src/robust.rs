@@ -1,5 +1,5 @@
-//! Parameters that the controller does not measure: a bound for them ([`bound`]), and a controller that tolerates more
-//! ([`alternation`]).
+//! Parameters that the controller does not measure: a bound for them ([`bound`]), and a controller that tolerates
+//! larger ones ([`alternation`]).
 
 pub mod alternation;
 pub mod bound;

@@ -21,7 +21,7 @@ pub struct Stop(Arc<AtomicBool>);
 pub struct Stopped;
 
 impl Stop {
-    /// Installs it on the current thread.
+    /// Installs this `Stop` on the current thread.
     pub fn install(&self) {
         INSTALLED.with_borrow_mut(|installed| *installed = Some(self.clone()));
     }
@@ -32,7 +32,7 @@ impl Stop {
     }
 }
 
-/// Whether the current thread is to stop.
+/// Returns `true` if the current thread is to stop.
 pub fn is_requested() -> bool {
     INSTALLED.with_borrow(|installed| installed.as_ref().is_some_and(|stop| stop.0.load(Ordering::Relaxed)))
 }

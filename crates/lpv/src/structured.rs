@@ -3,8 +3,8 @@
 //! - [`minimax()`]: the gains of a [`Structure`] minimise the largest H-infinity norm of the loop over frozen
 //!   parameters. Every local peak over frequency is a smooth piece of that function, which is minimised from several
 //!   starts by sequential quadratic programming.
-//! - [`tune()`]: from there they minimise the bound of the loop for every trajectory of the parameters, along the slope
-//!   that the multipliers of its inequality give. The result is a design with the matrices that prove its bound.
+//! - [`tune()`]: the gains then minimise the bound of the loop for every trajectory of the parameters, along the slope
+//!   given by the multipliers of its inequality. The result is a design with the matrices that prove its bound.
 //!
 //! Sources: P. Apkarian, D. Noll, "Nonsmooth H-infinity synthesis", IEEE Trans. Automatic Control 51(1), 2006 (norm);
 //! the inequality is that of [`crate::analysis::bounded_gain()`].
@@ -36,28 +36,28 @@ use rayon::prelude::*;
 /// Gains of a structure and the largest H-infinity norm of their loop over frozen parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tuned {
-    /// One for each direction of the structure.
+    /// Gains, one for each direction of the structure.
     pub gains: Vec<f64>,
     /// The largest H-infinity norm over the frozen parameters.
     pub frozen_gain: f64,
 }
 
-/// A number of starts that finds what more seldom improve by 1 %.
+/// A number of starts on which more seldom improve by 1 %.
 pub const STARTS: usize = 16;
 
-/// The gains of smallest frozen H-infinity norm found from `start` and `starts - 1` points around it, the same at each
-/// call.
+/// Returns the gains of smallest frozen H-infinity norm found from `start` and `starts - 1` points around it, the same
+/// at each call.
 ///
 /// ```text
 /// minimise over g  max over theta of |F(P, K(g)) at theta|_inf,  F the loop of the plant and K(g) = K0 + sum g_i K_i
 /// ```
 ///
 /// An unstable start is first stabilised by minimising the largest real part of the modes over the frozen parameters.
-/// Shapes: one gain for each direction. For the source see the top of this file.
+/// Shapes: one gain for each direction. Source: see the module.
 ///
 /// # Errors
-/// [`SynthesisError::System`] if structure and plant do not fit; [`SynthesisError::Numerical`] if no start reaches a
-/// stable loop.
+/// Returns [`SynthesisError::System`] if structure and plant do not fit; [`SynthesisError::Numerical`] if no start
+/// reaches a stable loop.
 pub fn minimax(
     plant: &GeneralisedPlant,
     structure: &Structure,
@@ -67,7 +67,7 @@ pub fn minimax(
     found(plant, structure, start, starts).map(|all| all[0].clone())
 }
 
-/// What the starts reach, the best first: at least one.
+/// Returns the results of the starts, the best first: at least one.
 fn found(
     plant: &GeneralisedPlant,
     structure: &Structure,
@@ -78,10 +78,10 @@ fn found(
     let (of, thetas) = (Loop::new(plant, structure), frozen_parameters(plant));
     let search = Search::new(&of, &thetas, start);
     let points: Vec<Vec<f64>> = (0..starts).map(|k| search.spread(start, k)).collect();
-    let mut all: Vec<Tuned> = points.into_par_iter().filter_map(|point| search.begun(&point)).collect();
+    let mut all: Vec<Tuned> = points.into_par_iter().filter_map(|point| search.first_steps(&point)).collect();
     all.sort_by(|a, b| a.frozen_gain.total_cmp(&b.frozen_gain));
     all.truncate((starts / 2).max(LEAST_FINISHED));
-    let mut all: Vec<Tuned> = all.into_par_iter().map(|begun| search.finished(begun)).collect();
+    let mut all: Vec<Tuned> = all.into_par_iter().map(|first_steps| search.finished(first_steps)).collect();
     let least = all.iter().map(|tuned| tuned.frozen_gain).fold(f64::INFINITY, f64::min);
     let order = |tuned: &Tuned| {
         let near = tuned.frozen_gain <= (1.0 + AS_GOOD) * least;
@@ -97,16 +97,16 @@ fn found(
 /// A tuned structure as a design.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TunedDesign {
-    /// One for each direction of the structure.
+    /// Gains, one for each direction of the structure.
     pub gains: Vec<f64>,
     /// The largest H-infinity norm of the loop over the frozen parameters.
     pub frozen_gain: f64,
-    /// The controller with the bound of its loop for every trajectory of the parameters. As the least gamma it has that
-    /// bound, or the norm of a loop without parameters, and no lower bound: the search is local.
+    /// The controller with the bound of its loop for every trajectory of the parameters. Its least gamma is that bound,
+    /// or the norm of a loop without parameters, and it has no lower bound: the search is local.
     pub design: Design,
 }
 
-/// The gains of smallest proved bound found: [`minimax()`], and from there, for a plant with parameters,
+/// Returns the gains of smallest proved bound found: [`minimax()`], and then, for a plant with parameters,
 ///
 /// ```text
 /// minimise over g  gamma(g),  the least gamma of the analysis inequality of the loop with K(g) in X, S and T
@@ -116,7 +116,7 @@ pub struct TunedDesign {
 /// and above the frozen norm. Shapes: one gain for each direction.
 ///
 /// # Errors
-/// As [`minimax()`]; [`SynthesisError`] if no start reaches a loop with a bound for every trajectory.
+/// Errors of [`minimax()`]; [`SynthesisError`] if no start reaches a loop with a bound for every trajectory.
 pub fn tune(
     plant: &GeneralisedPlant,
     structure: &Structure,
@@ -145,7 +145,7 @@ pub fn tune(
     best.ok_or_else(|| last.unwrap_or_else(|| SynthesisError::numerical(STAGE, NONE_STABLE)))
 }
 
-/// The design of smallest bound from the start itself, if its frozen norm is below a known bound.
+/// Returns the design of smallest bound from the start itself, if its frozen norm is below a known bound.
 fn provable(
     plant: &GeneralisedPlant,
     structure: &Structure,
@@ -159,13 +159,13 @@ fn provable(
     Some(improved(plant, structure, Tuned { gains: start.to_vec(), frozen_gain }, bound))
 }
 
-/// The number of starts for whose results a bound is sought.
+/// The number of starts for whose results a bound is computed.
 const MOST_PROVED: usize = 4;
 
-/// The bound of the loop with some gains.
+/// Returns the bound of the loop with some gains.
 ///
 /// # Errors
-/// [`SynthesisError`] if none is found.
+/// Returns [`SynthesisError`] if none is found.
 pub fn bound(
     plant: &GeneralisedPlant,
     structure: &Structure,
@@ -192,7 +192,7 @@ const NOT_BOUNDED: &str = "the gains are stable at frozen parameters, but no bou
 /// The relative slack of a bound above the norm without parameters.
 const SLACK: f64 = 0.01;
 
-/// A design with smaller bound than that of the given gains, or that with these.
+/// Returns a design with a smaller bound than that of the given gains, or that of these gains.
 fn improved(plant: &GeneralisedPlant, structure: &Structure, tuned: Tuned, bound: GainBound) -> TunedDesign {
     let Tuned { mut gains, mut frozen_gain } = tuned;
     let mut certified = bound;
@@ -215,7 +215,7 @@ fn improved(plant: &GeneralisedPlant, structure: &Structure, tuned: Tuned, bound
     TunedDesign { gains, frozen_gain, design }
 }
 
-/// Of gains whose results differ by less, relative to them, the smallest are taken: an infimum may be at infinity.
+/// The relative difference of results below which the smallest gains are taken: an infimum may be at infinity.
 const AS_GOOD: f64 = 1e-3;
 
 const STAGE: &str = "controller of fixed structure";
@@ -223,7 +223,7 @@ const STAGE: &str = "controller of fixed structure";
 const NONE_STABLE: &str = "found no gains for which the loop is stable at every frozen parameter; there may be some: \
     give gains to start from that are closer to such a loop";
 
-/// The frozen parameters of the objective.
+/// Returns the frozen parameters of the objective.
 fn frozen_parameters(plant: &GeneralisedPlant) -> Vec<Vec<f64>> {
     match plant.blocks.len() {
         1 => evenly_spread(FROZEN).map(|theta| vec![theta]).collect(),
@@ -237,7 +237,7 @@ const FROZEN: usize = 9;
 struct Search<'a> {
     norm: LargestNorm<'a>,
     abscissa: LargestAbscissa<'a>,
-    /// The changes of the gains that matter at the start.
+    /// The significant changes of the gains at the start.
     units: Vec<f64>,
 }
 
@@ -249,7 +249,7 @@ impl<'a> Search<'a> {
         Self { norm, abscissa, units }
     }
 
-    /// The start with a number: 0 the given one, others spread around it by multiples of the units.
+    /// Returns the start of a given number: 0 the given one, others spread around it by multiples of the units.
     ///
     /// Source of the sequence: R. D. Richtmyer, Los Alamos report LA-1342, 1951.
     fn spread(&self, start: &[f64], number: usize) -> Vec<f64> {
@@ -260,13 +260,13 @@ impl<'a> Search<'a> {
         moved.map(|((g, unit), root)| if number == 0 { *g } else { g + reach * unit * at(root) }).collect()
     }
 
-    /// The size of gains in the units.
+    /// Returns the size of gains in the units.
     fn size(&self, gains: &[f64]) -> f64 {
         gains.iter().zip(&self.units).map(|(g, unit)| (g / unit).powi(2)).sum()
     }
 
-    /// A few steps from a start, which is stabilised first.
-    fn begun(&self, start: &[f64]) -> Option<Tuned> {
+    /// Runs a few steps from a start, which is stabilised first.
+    fn first_steps(&self, start: &[f64]) -> Option<Tuned> {
         let stable = match self.norm.value(start) {
             Some(_) => start.to_vec(),
             None => minimise(&self.abscissa, start, FULL)?.0,
@@ -275,16 +275,16 @@ impl<'a> Search<'a> {
         Some(Tuned { gains, frozen_gain })
     }
 
-    fn finished(&self, begun: Tuned) -> Tuned {
-        let found = minimise(&self.norm, &begun.gains, FULL);
-        found.map_or(begun, |(gains, frozen_gain)| Tuned { gains, frozen_gain })
+    fn finished(&self, first_steps: Tuned) -> Tuned {
+        let found = minimise(&self.norm, &first_steps.gains, FULL);
+        found.map_or(first_steps, |(gains, frozen_gain)| Tuned { gains, frozen_gain })
     }
 }
 
-/// How long the norm of one start is minimised.
+/// The effort of a complete minimisation from one start.
 const FULL: Effort = Effort { steps: 300, least: 1e-9, slow: 1e-4, slow_steps: 15, resets: 2, radius: 1.0 };
 
-/// The steps after which the better half of the starts goes on, and the least number that does.
+/// The steps after which the better half of the starts is continued, and the least number that is.
 const FIRST_STEPS: usize = 40;
 const LEAST_FINISHED: usize = 3;
 
@@ -297,7 +297,7 @@ fn units_at(function: &impl Function, start: &[f64]) -> Option<Vec<f64>> {
     Some(function.units(value, &pieces).as_slice().to_vec())
 }
 
-/// The prime numbers.
+/// Returns the prime numbers.
 fn primes() -> impl Iterator<Item = f64> {
     let is_prime = |n: &u32| (2..*n).take_while(|d| d * d <= *n).all(|d| !n.is_multiple_of(d));
     (2..).filter(is_prime).map(f64::from)

@@ -1,4 +1,4 @@
-//! LPV synthesis: from a generalised plant to a scheduled controller and a bound on the closed loop's gain.
+//! LPV synthesis: a scheduled controller for a generalised plant, and a bound on the closed loop's gain.
 //!
 //! This file combines the steps; the inequalities and their sources are in the file of [`ScalingClass`].
 
@@ -41,8 +41,9 @@ use crate::system::{GeneralisedPlant, LoopError};
 /// ([`crate::synthesis::regularise`]).
 ///
 /// # Errors
-/// [`SynthesisError::is_infeasible`] for a problem without solution; [`SynthesisError::TooFast`] if only controllers
-/// beyond the limit were found; [`SynthesisError::Numerical`] if the numerics fail and nothing is known.
+/// Returns an error with [`SynthesisError::is_infeasible`] for a problem without solution; [`SynthesisError::TooFast`]
+/// if only controllers beyond the limit were found; [`SynthesisError::Numerical`] if the numerics fail without a
+/// decision.
 pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
     plant.check()?;
     crate::system::modes::check_stabilisable(plant)?;
@@ -71,7 +72,8 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     }
 }
 
-/// A design by Riccati equations, or, if its gain far exceeds the back-off, one by inequalities if that is better.
+/// Returns a design by Riccati equations, or, if its gain far exceeds the back-off, one by inequalities if that is
+/// better.
 fn better_of(plant: &GeneralisedPlant, found: Design, options: Options) -> Design {
     let is_known = found.lower >= (1.0 - OPEN_GAP) * found.gamma_optimum;
     if is_known && found.certified.gamma <= (1.0 + FAR_ABOVE * options.back_off) * found.gamma_optimum {
@@ -83,8 +85,8 @@ fn better_of(plant: &GeneralisedPlant, found: Design, options: Options) -> Desig
     Design { gamma_optimum, lower, ..better }
 }
 
-/// Multipliers that may prove a lower bound of the least gamma, the most promising first: those of the search by
-/// inequalities, with time in units of the closed loop. None for many states, where they would dominate the time.
+/// Returns multipliers that may prove a lower bound of the least gamma, the most promising first: those of the search
+/// by inequalities, with time in units of the closed loop. None for many states, as they would dominate the time.
 pub fn multipliers(plant: &GeneralisedPlant, design: &Design) -> Vec<DualMultipliers> {
     if !design.multipliers.is_empty() || plant.sizes().x > MOST_STATES_FOR_MULTIPLIERS {
         return design.multipliers.clone();
@@ -97,11 +99,11 @@ pub fn multipliers(plant: &GeneralisedPlant, design: &Design) -> Vec<DualMultipl
 /// The largest number of states for which [`multipliers`] searches.
 const MOST_STATES_FOR_MULTIPLIERS: usize = 12;
 
-/// Whether a gamma is shown to be the least within [`LEAST_WITHIN`]: by a known lower bound, or because no controller
-/// achieves less even for one constant parameter value.
+/// Returns `true` if a gamma is shown to be the least within [`LEAST_WITHIN`]: by a known lower bound, or because no
+/// controller achieves less even for one constant parameter value.
 ///
-/// Without parameters it must not change with the last digits of the plant's numbers. With parameters the least is that
-/// of the synthesis inequalities, and at least that of any controller for a constant value. In floating point.
+/// It must not change with the last digits of the plant's numbers if there are no parameters. With parameters the least
+/// is that of the synthesis inequalities, and at least that of any controller for a constant value. In floating point.
 pub fn is_least(plant: &GeneralisedPlant, gamma: f64, lower: f64) -> bool {
     let level = (1.0 - LEAST_WITHIN) * gamma;
     let shown = lower >= level || (level > 0.0 && is_none_below(plant, level));
@@ -111,18 +113,18 @@ pub fn is_least(plant: &GeneralisedPlant, gamma: f64, lower: f64) -> bool {
 /// The relative tolerance within which a gamma is called the least.
 pub const LEAST_WITHIN: f64 = 1e-3;
 
-/// [`synthesise`] by matrix inequalities only, for a plant with or without parameters: attempts in turn, until one is
+/// Designs as [`synthesise`] by matrix inequalities only, for a plant with or without parameters: attempts until one is
 /// near enough to the least gamma; the best is taken.
 ///
 /// # Errors
-/// As [`synthesise`].
+/// Errors of [`synthesise`].
 pub fn by_inequalities(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
     let least = at_best_time_scale(plant, options);
     let mut best = directly(plant, &least, options);
     if options.quick {
         return best;
     }
-    // The bound of a closed loop uses skew scalings: it says nothing of the least gamma without them.
+    // The bound of a closed loop uses skew scalings: it implies nothing for the least gamma without them.
     if options.scalings != ScalingClass::Symmetric {
         best = with_slowed_modes(plant, best, options);
     }
@@ -142,7 +144,7 @@ pub fn by_inequalities(plant: &GeneralisedPlant, options: Options) -> Result<Des
     best
 }
 
-/// Whether another attempt may be better: a design does not satisfy, or the numerics failed.
+/// Returns `true` if another attempt may be better: a design is inadequate, or the numerics failed.
 fn may_gain(outcome: &Result<Design, SynthesisError>, is_poor: impl Fn(&Design) -> bool) -> bool {
     match outcome {
         Ok(design) => is_poor(design),
@@ -150,7 +152,7 @@ fn may_gain(outcome: &Result<Design, SynthesisError>, is_poor: impl Fn(&Design) 
     }
 }
 
-/// The design of the lower bound, with what both say of the least gamma; of equals the first.
+/// Returns the design of the lower bound, with the least gamma known from both; if equal the first.
 fn better(best: Result<Design, SynthesisError>, found: Option<Design>) -> Result<Design, SynthesisError> {
     match (best, found) {
         (Ok(best), Some(found)) if found.certified.gamma < best.certified.gamma => Ok(Design {
@@ -164,15 +166,15 @@ fn better(best: Result<Design, SynthesisError>, found: Option<Design>) -> Result
     }
 }
 
-/// A required accuracy larger than this marks one of many trial designs, for which nothing is repeated.
+/// A required accuracy larger than this marks one of many trial designs, for which no attempt is repeated.
 const ROUGH: f64 = 1e-3;
 
-/// [`by_inequalities`] without repetitions, for one of many intermediate controllers.
+/// Designs as [`by_inequalities`] without repetitions, for one of many intermediate controllers.
 pub(crate) fn synthesise_once(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
     directly(plant, &least_gamma_at(plant, options, None), options)
 }
 
-/// The best design, also of plants with their fast modes slowed, unless it cannot be improved.
+/// Returns the best design, also of plants with their fast modes slowed, unless it cannot be improved.
 fn with_slowed_modes(
     plant: &GeneralisedPlant,
     mut best: Result<Design, SynthesisError>,
@@ -201,11 +203,11 @@ fn with_slowed_modes(
     best
 }
 
-/// A relative gap between gamma and its lower bound above which the least gamma is uncertain.
+/// The relative gap between gamma and its lower bound above which the least gamma is uncertain.
 const OPEN_GAP: f64 = 0.01;
 
-/// A design for a slowed plant, with the bound of the loop that its controller closes with the given plant, if that is
-/// better than the known design.
+/// Returns a design for a slowed plant, with the bound of the loop that its controller closes with the given plant, if
+/// that is better than the known design.
 fn for_given_plant(
     plant: &GeneralisedPlant,
     (slowed, least): (&Slowed, &Least),

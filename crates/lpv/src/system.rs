@@ -5,7 +5,7 @@
 //! - [`tracking`], [`weights`]: the augmented plant of a tracking problem;
 //! - [`model_error`]: a norm-bounded error of the model;
 //! - [`state_space`], [`modes`]: systems without parameters, their norm and their modes;
-//! - [`bilinear`]: between discrete and continuous time.
+//! - [`bilinear`]: transform between discrete and continuous time.
 
 mod assembly;
 pub mod bilinear;

@@ -6,9 +6,8 @@
 //!
 //! with zt and z evaluated at m_k. With m_k for x and `(x_(k+1) - x_k)/T` for x' these are the equations of the plant
 //! in continuous time, and since `x_(k+1)' X x_(k+1) - x_k' X x_k = 2 T m_k' X (x_(k+1) - x_k)/T`, an inequality that
-//! bounds the gain of the one for every trajectory of the parameters bounds that of the other for every sequence of
-//! them. A controller discretised by the trapezoidal rule, as by `squid_scheduled::Lft::discretise`, is unchanged in
-//! this form.
+//! bounds the gain of one for every trajectory of the parameters bounds that of the other for every sequence of them. A
+//! controller discretised by the trapezoidal rule, as by `squid_scheduled::Lft::discretise`, is unchanged in this form.
 //!
 //! There are two differences. The measured state is that at the tick, `x_k = m_k - T/2 x'`, half a sample before m_k.
 //! And z is not constant on the straight line from x_k to x_(k+1): its mean square is `|z|^2 + T^2/12 |C1 x'|^2`.
@@ -23,24 +22,24 @@ use crate::system::{Controller, GeneralisedPlant, Sizes};
 /// A plant at the ticks, with its direct path from u to y.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtTicks {
-    /// The plant without the direct path; z is followed by `T/sqrt(12) C1 x'`.
+    /// The plant without the direct path; `T/sqrt(12) C1 x'` is appended to z.
     pub plant: GeneralisedPlant,
-    /// `-T/2 C2 B2`, for [`crate::direct_path`].
+    /// The direct path `-T/2 C2 B2`, for [`crate::direct_path`].
     pub d22: Mat,
 }
 
 impl GeneralisedPlant {
-    /// The plant integrated by the trapezoidal rule with the sample time T (s), with w, u and Theta held between ticks,
-    /// as one in continuous time.
+    /// Returns the plant integrated by the trapezoidal rule with the sample time T (s), with w, u and Theta held
+    /// between ticks, as a plant in continuous time.
     ///
     /// ```text
     /// C2 (I - A T/2),  -C2 Bt T/2,  D21 - C2 B1 T/2,  -C2 B2 T/2   in place of   C2, D2t, D21, D22
     /// ```
     ///
-    /// For the source see the top of this file.
+    /// Source: see the module.
     ///
     /// # Errors
-    /// [`SystemError::SampleTime`]; [`SystemError::DirectPath`] if u or a parameter affects y directly.
+    /// Returns [`SystemError::SampleTime`]; [`SystemError::DirectPath`] if u or a parameter affects y directly.
     pub fn at_ticks(&self, sample_time: f64) -> Result<AtTicks, SystemError> {
         if !(sample_time > 0.0 && sample_time.is_finite()) {
             return Err(SystemError::SampleTime { found: sample_time });
@@ -64,8 +63,8 @@ impl GeneralisedPlant {
 }
 
 impl Controller {
-    /// The controller with its commands delayed by `ticks` ticks of T (s): one all-pass `(2/T - s)/(2/T + s)` per tick,
-    /// which the trapezoidal rule turns into `z^-1`.
+    /// Returns the controller with its commands delayed by `ticks` ticks of T (s): one all-pass `(2/T - s)/(2/T + s)`
+    /// per tick, which the trapezoidal rule converts to `z^-1`.
     #[must_use]
     pub fn delayed_at_ticks(&self, ticks: usize, sample_time: f64) -> Self {
         (0..ticks).fold(self.clone(), |k, _| {
@@ -95,7 +94,7 @@ mod tests {
 
     const TICK: f64 = 0.2;
 
-    /// x' = (-1 + theta) x + w + u, z = x + u, y = x + w and a controller with one state, delayed by two ticks.
+    /// Returns x' = (-1 + theta) x + w + u, z = x + u, y = x + w and a controller with one state, delayed by two ticks.
     fn plant() -> GeneralisedPlant {
         let blocks = [
             (X, X, dmatrix![-1.0]),
@@ -123,10 +122,10 @@ mod tests {
         }
     }
 
-    /// At a frozen parameter and on the unit circle it equals the simulated loop: plant and controller by the
+    /// The loop at a frozen parameter and on the unit circle equals the simulated one: plant and controller by the
     /// trapezoidal rule, the measurement at the tick, the command delayed by two ticks.
     #[test]
-    fn on_the_unit_circle_it_is_the_sampled_loop() {
+    fn the_response_on_the_unit_circle_is_that_of_the_sampled_loop() {
         let k = Controller::from_matrix(
             &dmatrix![-2.0, 1.0, 0.5; 0.3, -0.4, 0.2; 1.0, 0.5, 0.1],
             1,
@@ -157,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn direct_effects_on_a_measurement_are_refused() {
+    fn direct_effects_on_a_measurement_are_rejected() {
         let mut parts = plant().parts;
         parts.block_mut(Y, T)[0] = 0.1;
         let direct = GeneralisedPlant { parts, blocks: vec![1] };

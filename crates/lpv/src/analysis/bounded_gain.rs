@@ -10,11 +10,10 @@ use crate::lmi::{Affine, Program, SolverOptions, solver};
 use crate::matrix::{Mat, block, roots, scaled_largest_eigenvalue, skew_part, symmetric_part};
 use crate::system::{ClosedLoop, LoopError, StateSpace, middle_of_gramians};
 
-/// The tolerance of the bound, relative to itself and the one the search starts from. Tighter bounds hold with a
-/// smaller margin.
+/// The tolerance of the bound, relative to itself and the initial one. Tighter bounds hold with a smaller margin.
 const GAMMA_TOLERANCE: f64 = 0.01;
 
-/// A relative distance from the least that is accepted if tightening gets stuck.
+/// The relative distance from the least that is accepted if tightening gets stuck.
 const NEAR_ENOUGH: f64 = 0.05;
 
 /// The number of restarts, each in the coordinates of the last point.
@@ -25,18 +24,17 @@ const STAGE: &str = "analysis of the closed loop";
 /// Tightens a bound of the gain of a closed loop, with or without model error.
 ///
 /// The inequalities are solved in coordinates in which X and S of the given bound are the identity, until gamma is
-/// within
-/// 1 % of the least: there the inequality still holds with a margin. The result is verified by its eigenvalues in
-/// floating point; if no better bound is found, it is the given one.
+/// within 1 % of the least: there the inequality still holds with a margin. The result is verified by its eigenvalues
+/// in floating point; if no better bound is found, it is the given one.
 ///
 /// ```text
 /// x' = A x + Bt wt + B1 w,   wt = Theta zt,   |theta_i(t)| <= 1:   |z|_2 < gamma |w|_2
 /// ```
 ///
-/// Shapes: X is states square, S and T are channels square. For the source see the top of this file.
+/// Shapes: X is states square, S and T are channels square. Source: see the module.
 ///
 /// # Errors
-/// [`SynthesisError::Numerical`] if neither a new bound nor the given one satisfies the inequality.
+/// Returns [`SynthesisError::Numerical`] if neither a new bound nor the given one satisfies the inequality.
 pub fn bounded_gain(
     closed: &ClosedLoop,
     error: &LoopError,
@@ -52,7 +50,7 @@ pub fn bounded_gain(
     };
     given.largest_eigenvalue = worst_eigenvalue(closed, error, &given);
     let best = tightened(closed, error, &given).or_else(|| {
-        // If X is almost singular, the search makes no progress in its coordinates.
+        // The search makes no progress in the coordinates of an almost singular X.
         let bound = tightened(closed, error, &balanced_start(closed, &given)?)?;
         (given.largest_eigenvalue >= 0.0 || bound.gamma < given.gamma).then_some(bound)
     });
@@ -80,8 +78,8 @@ pub fn bounded_gain(
     ))
 }
 
-/// A bound whose Lyapunov matrix is the geometric mean of the gramians of the loop at Theta = 0, its channels in units
-/// of S: a start for the search, not a proved bound. `None` if the loop is not stable there.
+/// Returns a bound whose Lyapunov matrix is the geometric mean of the gramians of the loop at Theta = 0, its channels
+/// in units of S: a start for the search, not a proved bound. `None` if the loop is not stable there.
 pub fn balanced_start(closed: &ClosedLoop, bound: &GainBound) -> Option<GainBound> {
     let (root, inverse) = roots(&bound.s);
     let unit = bound.gamma.sqrt();
@@ -93,7 +91,7 @@ pub fn balanced_start(closed: &ClosedLoop, bound: &GainBound) -> Option<GainBoun
     Some(GainBound { x, factor: None, ..bound.clone() })
 }
 
-/// A larger bound with model error by the matrices of one without, if the search finds none by itself.
+/// Returns a larger bound with model error by the matrices of one without, if the search finds none by itself.
 fn with_larger_gamma(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Option<GainBound> {
     let mut tried =
         GAMMA_FACTORS.iter().flat_map(|factor| POWERS_OF_LAMBDA.map(move |power| (factor, power)));
@@ -104,24 +102,24 @@ fn with_larger_gamma(closed: &ClosedLoop, error: &LoopError, given: &GainBound) 
     })
 }
 
-/// The matrices of largest margin at a larger gamma, without model error: those of a tight bound leave no margin for
-/// one in directions that gamma does not affect, however far it is raised.
+/// Returns the matrices of largest margin at a larger gamma, without model error: those of a tight bound leave no
+/// margin for one in directions that gamma does not affect, for any gamma.
 fn with_margin(closed: &ClosedLoop, given: &GainBound) -> Option<GainBound> {
     let raised = GainBound { gamma: GAMMA_FACTORS[1] * given.gamma, ..given.clone() };
     largest_margin(Base { closed, error: &LoopError::none(closed), bound: &raised }).ok()
 }
 
-/// The factors of gamma and the powers of ten of lambda with which a first bound with model error is sought.
+/// The factors of gamma and the powers of ten of lambda in the search for a first bound with model error.
 const GAMMA_FACTORS: [f64; 4] = [1.02, 1.1, 1.5, 3.0];
 const POWERS_OF_LAMBDA: std::ops::RangeInclusive<i32> = -8..=2;
 
-/// A bound close to the least; `None` if no search found one that holds and is better.
+/// Returns a bound close to the least; `None` if no search found a better one that holds.
 fn tightened(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Option<GainBound> {
     tightened_by(closed, error, given, false)
 }
 
-/// A close bound of a loop without model error, from a start that need not be one, by the interior-point method alone:
-/// the general solver takes a minute where there is no bound.
+/// Returns a close bound of a loop without model error, from any start, by the interior-point method alone: the general
+/// solver takes a minute if there is no bound.
 pub(crate) fn quickly(closed: &ClosedLoop, start: &GainBound) -> Option<GainBound> {
     tightened_by(closed, &LoopError::none(closed), start, true)
 }
@@ -147,7 +145,7 @@ fn tightened_by(closed: &ClosedLoop, error: &LoopError, given: &GainBound, quick
     best
 }
 
-/// A loop and a bound of it; the search takes place in coordinates in which its X and S are the identity.
+/// A loop and a bound of it; the search is done in coordinates in which its X and S are the identity.
 #[derive(Clone, Copy)]
 pub(crate) struct Base<'a> {
     pub(crate) closed: &'a ClosedLoop,
@@ -186,7 +184,7 @@ impl Whitened {
     }
 }
 
-/// The program of a base in these coordinates.
+/// The program of a base in its coordinates.
 pub(crate) struct Posed {
     pub(crate) program: Program,
     pub(crate) unknowns: Multipliers<Affine>,
@@ -201,7 +199,7 @@ pub(crate) struct Posed {
 }
 
 impl Posed {
-    /// The program with gamma unknown, or fixed to that of the base.
+    /// Builds the program with gamma unknown, or fixed to that of the base.
     pub(crate) fn new(base: Base, fixed: bool) -> Result<Self, SynthesisError> {
         let Whitened { scaled, error, bound, state_inverse, channel_inverse } = Whitened::new(base)?;
         let n = scaled.a().nrows();
@@ -223,7 +221,7 @@ impl Posed {
         Ok(Self { program, unknowns: m, inequality, start, scaled, state_inverse, channel_inverse })
     }
 
-    /// The bound at a point, in the loop's original coordinates.
+    /// Returns the bound at a point, in the loop's original coordinates.
     pub(crate) fn bound(&self, base: Base, point: &[f64]) -> GainBound {
         let value = |e: &Affine| e.value(&self.program, point);
         let back = |m: Mat, inverse: &Mat| inverse.transpose() * m * inverse;
@@ -242,7 +240,7 @@ impl Posed {
     }
 }
 
-/// A gamma close to the least, within `tolerance`, and the gap.
+/// Returns a gamma close to the least, within `tolerance`, and the gap.
 pub(crate) fn search(base: Base, tolerance: f64) -> Result<(GainBound, f64), SynthesisError> {
     search_by(base, tolerance, false)
 }
@@ -265,8 +263,8 @@ fn search_by(base: Base, tolerance: f64, quick: bool) -> Result<(GainBound, f64)
     Ok((posed.bound(base, &solution.x), solution.gap))
 }
 
-/// The point of largest margin at the gamma of the base: the largest t with `-t I` above the bounded-real matrix and X
-/// and S between `t I` and a few times the identity, in the coordinates of the base.
+/// Returns the point of largest margin at the gamma of the base: the largest t with `-t I` above the bounded-real
+/// matrix and X and S between `t I` and a few times the identity, in the coordinates of the base.
 pub(crate) fn largest_margin(base: Base) -> Result<GainBound, SynthesisError> {
     let mut posed = Posed::new(base, true)?;
     let margin = posed.program.scalar();
@@ -287,18 +285,18 @@ pub(crate) fn largest_margin(base: Base) -> Result<GainBound, SynthesisError> {
     Ok(posed.bound(base, &solution.x))
 }
 
-/// A bound at a gamma 1 % larger with matrices of the largest margin: for a proof, where those of a tight bound are
-/// lost in rounding. `None` if none is found.
+/// Returns a bound at a gamma 1 % larger with matrices of the largest margin: for a proof in which those of a tight
+/// bound are lost in rounding. `None` if none is found.
 pub fn with_raised_gamma(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> Option<GainBound> {
     let raised = GainBound { gamma: (1.0 + GAMMA_SHARE) * bound.gamma, ..bound.clone() };
     with_largest_margin(closed, error, &raised)
 }
 
-/// The fraction of gamma given up for a margin of the inequality.
+/// The fraction of gamma traded for a margin of the inequality.
 pub const GAMMA_SHARE: f64 = 0.01;
 
-/// The point of largest margin at the gamma of a bound, sought again in the coordinates of each point. `None` if no
-/// inequality holds.
+/// Returns the point of largest margin at the gamma of a bound, searched repeatedly in the coordinates of each point.
+/// `None` if no inequality holds.
 pub(crate) fn with_largest_margin(
     closed: &ClosedLoop,
     error: &LoopError,
@@ -322,12 +320,13 @@ const LARGEST_GROWTH: f64 = 4.0;
 /// The relative tolerance of the largest margin.
 const MARGIN_TOLERANCE: f64 = 0.3;
 
-/// An eigenvalue below this fraction of its diagonal may have the sign of rounding.
+/// The fraction of the diagonal below which rounding may determine the sign of an eigenvalue.
 const ROUNDING: f64 = 1e-9;
 
-/// The largest eigenvalue of the bounded-real matrix, -X and -S, each scaled to a unit diagonal: the sign does not
-/// depend on the scaling, and rounding enters in proportion. If rounding may decide the sign, it is evaluated again in
-/// the coordinates in which X and S are the identity: in others slow modes may be lost in the rounding of `A'X + X A`.
+/// Returns the largest eigenvalue of the bounded-real matrix, -X and -S, each scaled to a unit diagonal: the sign does
+/// not depend on the scaling, and rounding enters in proportion. If rounding may decide the sign, it is evaluated again
+/// in the coordinates in which X and S are the identity: in others slow modes may be lost in the rounding of
+/// `A'X + X A`.
 pub(crate) fn worst_eigenvalue(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
     let scaled = eigenvalue_as_given(closed, error, bound);
     if scaled < -ROUNDING {
@@ -342,7 +341,7 @@ fn eigenvalue_as_given(closed: &ClosedLoop, error: &LoopError, bound: &GainBound
     all.iter().map(scaled_largest_eigenvalue).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// T and its inverse with `T' M T = I`.
+/// Returns T and its inverse with `T' M T = I`.
 pub(crate) fn whitening(m: &Mat, name: &str) -> Result<(Mat, Mat), SynthesisError> {
     if m.is_empty() {
         return Ok((m.clone(), m.clone()));

@@ -1,4 +1,4 @@
-//! The scaled bounded-real inequality, as printed and in compact form.
+//! The scaled bounded-real inequality, as published and in compact form.
 //!
 //! P. Apkarian, P. Gahinet, IEEE Trans. Automatic Control 40(5), 1995, lemma 3.1, with the skew scaling T of
 //! G. Scorletti, L. El Ghaoui, Int. J. Robust Nonlinear Control 8, 1998.
@@ -8,8 +8,8 @@ use crate::lmi::{Affine, Program, symmetric};
 use crate::matrix::{Mat, block};
 use crate::system::{ClosedLoop, LoopError};
 
-/// The matrix that is negative definite if the gain from w to z is below gamma for every Theta and every model error,
-/// as printed:
+/// Returns the matrix that is negative definite if the gain from w to z is below gamma for every Theta and every model
+/// error, as published:
 ///
 /// ```text
 /// [ A'X+XA   XBt+Ct'T'          X E         XB1      Ct'S    lambda Fx'  C1'  ]
@@ -40,9 +40,9 @@ pub(crate) fn bounded_real(l: &ClosedLoop, error: &LoopError, m: &Multipliers<Af
     symmetric(&[first, second, third, fourth, fifth, sixth, vec![-gamma.times_identity(z)]])
 }
 
-/// The inequality of [`bounded_real`] with the rows of S and lambda eliminated by their Schur complements, still linear
-/// in both and much smaller: the first four rows get the terms `[Ct Dtt 0 Dt1]' S [Ct Dtt 0 Dt1]` and
-/// `[Fx Ft 0 Fw]' lambda [Fx Ft 0 Fw]`.
+/// Returns the inequality of [`bounded_real`] with the rows of S and lambda eliminated by their Schur complements,
+/// still linear in both and much smaller: the terms `[Ct Dtt 0 Dt1]' S [Ct Dtt 0 Dt1]` and
+/// `[Fx Ft 0 Fw]' lambda [Fx Ft 0 Fw]` are added to the first four rows.
 pub(crate) fn bounded_real_compact(l: &ClosedLoop, error: &LoopError, m: &Multipliers<Affine>) -> Affine {
     let (r, z, ne, nf) = (l.dtt().nrows(), l.c1().nrows(), error.e.ncols(), error.fx.nrows());
     let [mut first, mut second, mut third, mut fourth] = upper_left(l, error, m);
@@ -59,7 +59,7 @@ pub(crate) fn bounded_real_compact(l: &ClosedLoop, error: &LoopError, m: &Multip
         + m.lambda.times_identity(nf).congruence(&uncertain)
 }
 
-/// The upper blocks of the first four rows and columns: x, wt, w_Delta, w.
+/// Returns the upper blocks of the first four rows and columns: x, wt, w_Delta, w.
 fn upper_left(l: &ClosedLoop, error: &LoopError, m: &Multipliers<Affine>) -> [Vec<Affine>; 4] {
     let Multipliers { gamma, x, s, t, lambda } = m;
     let (r, w, ne) = (l.dtt().nrows(), l.b1().ncols(), error.e.ncols());
@@ -80,20 +80,20 @@ fn upper_left(l: &ClosedLoop, error: &LoopError, m: &Multipliers<Affine>) -> [Ve
 /// The unknowns of the inequality, or their values.
 #[derive(Debug, Clone)]
 pub(crate) struct Multipliers<M> {
-    /// 1 x 1.
+    /// Gain bound, 1 x 1.
     pub(crate) gamma: M,
-    /// States, square.
+    /// Lyapunov matrix, states square.
     pub(crate) x: M,
-    /// Channels, square.
+    /// Symmetric scaling, channels square.
     pub(crate) s: M,
-    /// Channels, square.
+    /// Skew scaling, channels square.
     pub(crate) t: M,
-    /// 1 x 1.
+    /// Multiplier of the model error, 1 x 1.
     pub(crate) lambda: M,
 }
 
 impl Multipliers<Affine> {
-    /// The values of a bound as constants.
+    /// Returns the values of a bound as constants.
     pub(crate) fn constant(bound: &GainBound) -> Self {
         let of = |m: &Mat| Affine::constant(m.clone());
         Self {
@@ -106,7 +106,7 @@ impl Multipliers<Affine> {
     }
 }
 
-/// The matrix of [`bounded_real`] at the values of a bound.
+/// Returns the matrix of [`bounded_real`] at the values of a bound.
 pub(crate) fn bounded_real_value(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> Mat {
     bounded_real(closed, error, &Multipliers::constant(bound)).value(&Program::default(), &[])
 }

@@ -1,4 +1,4 @@
-//! A bound on the gain of a loop with a given controller, of which nothing is known.
+//! A bound on the gain of a loop with a given controller, without prior knowledge.
 
 use crate::analysis::bounded_gain::{balanced_start, quickly};
 use crate::analysis::gain_bound::GainBound;
@@ -6,15 +6,15 @@ use crate::matrix::Mat;
 use crate::system::ClosedLoop;
 use crate::system::Group::T;
 
-/// Bounds the gain of a loop for every trajectory of its parameters, at any rate, without a bound to start from.
+/// Bounds the gain of a loop for every trajectory of its parameters, at any rate, without an initial bound.
 ///
-/// The search begins in coordinates in which the Gramians at Theta = 0 are balanced. If it finds nothing for
-/// parameters in the unit box, it is repeated for a smaller box, `Theta = a Theta~`, which is then enlarged step by
-/// step, each from the bound of the last.
+/// The search starts in coordinates in which the Gramians at Theta = 0 are balanced. If it finds nothing for parameters
+/// in the unit box, it is repeated for a smaller box, `Theta = a Theta~`, which is then enlarged step by step, each
+/// from the bound of the last.
 ///
 /// # Errors
-/// The largest a for which a bound was found, below 1; 0 if there is none for any, as for a loop that is unstable at
-/// Theta = 0.
+/// Returns the largest a below 1 for which a bound was found; 0 if there is none for any, as for a loop that is
+/// unstable at Theta = 0.
 pub fn given_loop(closed: &ClosedLoop) -> Result<GainBound, f64> {
     let mut part = 1.0;
     let mut bound = loop {
@@ -47,17 +47,17 @@ const LEAST_PART: f64 = 1.0 / 64.0;
 const FIRST_STEP: f64 = 0.2;
 const LEAST_STEP: f64 = 0.01;
 
-/// Levels at which a search begins, relative to the bound for a smaller box.
+/// Levels at which a search starts, relative to the bound for a smaller box.
 const RAISED: [f64; 2] = [1.3, 3.0];
 
-/// The loop with parameters in a box of `part` of the unit box.
+/// Returns the loop with parameters in a box of `part` of the unit box.
 fn within(closed: &ClosedLoop, part: f64) -> ClosedLoop {
     let channels = closed.channels.len();
     let scale = Mat::from_diagonal_element(channels, channels, part);
     ClosedLoop { parts: closed.parts.transformed(&[], &[(T, &scale)]), channels: closed.channels.clone() }
 }
 
-/// Levels at which the search begins, relative to the frozen gain at Theta = 0.
+/// Levels at which the search starts, relative to the frozen gain at Theta = 0.
 const STARTS: [f64; 3] = [2.0, 10.0, 100.0];
 
 fn from_nothing(closed: &ClosedLoop) -> Option<GainBound> {
@@ -84,7 +84,7 @@ mod tests {
     use crate::system::{LOOP, Partitioned, Sizes};
     use nalgebra::dmatrix;
 
-    /// x' = (-1 + 2 theta) x + w, z = x: a scalar that is stable for theta below 1/2, with the gain 1/(1 - 2 theta).
+    /// Returns x' = (-1 + slope theta) x + w, z = x: stable for slope theta < 1, with the gain 1/(1 - slope theta).
     fn scalar(slope: f64) -> ClosedLoop {
         let sizes = Sizes { x: 1, t: 1, w: 1, z: 1, ..Sizes::default() };
         let matrix = dmatrix![-1.0, slope, 1.0; 1.0, 0.0, 0.0; 1.0, 0.0, 0.0];
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn the_part_of_the_box_that_has_a_bound_is_found() {
+    fn the_largest_box_with_a_bound_is_found() {
         let part = given_loop(&scalar(2.0)).unwrap_err();
         assert!(part < 0.5 && part > 0.47, "{part}");
         let mut unstable = scalar(0.5);

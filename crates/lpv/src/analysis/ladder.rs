@@ -1,4 +1,4 @@
-//! The cost of each assumption about the parameter: gains from frozen to arbitrarily fast, side by side.
+//! The cost of each assumption about the parameter: a comparison of gains from frozen to arbitrarily fast.
 //!
 //! The gains of a plant with one parameter are ordered by theory:
 //!
@@ -23,7 +23,7 @@ use rayon::prelude::*;
 /// The assumptions to be compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LadderOptions {
-    /// Parameter values in [-1, 1], for each of which the best controller is sought.
+    /// Parameter values in [-1, 1], for each of which the best controller is computed.
     pub thetas: Vec<f64>,
     /// Bounds on `|theta'|`, for each of which the closed loop is analysed. A parameter V with `theta = (V -
     /// centre)/half_range` and `|V'| <= a` has the bound `a/half_range`.
@@ -55,7 +55,7 @@ impl Default for LadderOptions {
 /// The gains, each under its assumption. One that could not be computed has an error and leaves the others valid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ladder {
-    /// For each theta the least gamma of a controller for this frozen parameter only.
+    /// Least gamma, for each theta, of a controller for this frozen parameter only.
     pub frozen_optimum: Vec<(f64, Result<f64, SynthesisError>)>,
     /// The least gamma of a scheduled controller, with symmetric and skew scalings.
     pub scheduled: Result<f64, SynthesisError>,
@@ -116,7 +116,7 @@ pub const TOLERANCE: f64 = 2e-3;
 /// Computes all gains for a plant with one parameter and a controller with a certified gain bound.
 ///
 /// # Errors
-/// [`SystemError`] for invalid input; failures of single gains are in the ladder.
+/// Returns [`SystemError`] for invalid input; failures of single gains are in the ladder.
 pub fn ladder(
     plant: &GeneralisedPlant,
     controller: &Controller,
@@ -147,7 +147,7 @@ pub fn ladder(
     rates.sort_by(f64::total_cmp);
     let known = options.lyapunov.as_ref().map(|x| (x, certified));
     let bounded = |rate: f64| rate_bounded_gain_from(&samples, rate, options.rate, known);
-    // They are independent, so all processors are used.
+    // The gains are independent, so all processors are used.
     let best = || {
         rayon::join(|| gamma(plant, ScalingClass::SymmetricAndSkew), || gamma(plant, ScalingClass::Symmetric))
     };
@@ -183,7 +183,7 @@ fn largest_frozen_gain(samples: &[(f64, StateSpace)]) -> FrozenGain {
 }
 
 impl Ladder {
-    /// Neighbouring gains that violate the order by more than [`TOLERANCE`]; failed ones are skipped.
+    /// Returns neighbouring gains that violate the order by more than [`TOLERANCE`]; failed ones are skipped.
     pub fn disorders(&self) -> Vec<Disorder> {
         let mut pairs = Vec::new();
         let scheduled = self.scheduled.as_ref().ok().map(|g| (LadderGain::Scheduled, *g));
@@ -204,7 +204,7 @@ impl Ladder {
             .collect()
     }
 
-    /// The gains of the closed loop that were computed, in the order of theory.
+    /// Returns the computed gains of the closed loop, in the order of theory.
     fn analysis(&self) -> Vec<(LadderGain, f64)> {
         let mut chain = vec![(LadderGain::FrozenGain, self.frozen_gain.gamma)];
         for (rate, bound) in &self.bounded_rate {
@@ -221,7 +221,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn disorders_are_listed() {
+    fn violations_of_the_order_are_listed() {
         let failed = || SynthesisError::Infeasible { stage: "test" };
         let mut ladder = Ladder {
             frozen_optimum: vec![(-1.0, Ok(0.5)), (0.0, Err(failed())), (1.0, Ok(0.8))],

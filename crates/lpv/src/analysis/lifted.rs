@@ -1,4 +1,4 @@
-//! A continuous-time system over one sample, as a discrete-time system with the same worst case.
+//! A continuous-time system over one sample, as a discrete-time system with the same worst-case input.
 //!
 //! ```text
 //! x' = A x + B w,  z = C x + D w     over [0, T], at a level above ||D||; B and D in units in which the level is 1
@@ -17,7 +17,7 @@ use crate::error::SystemError;
 use crate::matrix::{Mat, block, eigenvalues, solve, symmetric_function, symmetric_part};
 use crate::system::StateSpace;
 
-/// F, G and H, defined at the top of this file.
+/// The matrices F, G and H of the module.
 #[derive(Debug, Clone)]
 pub(crate) struct Lifted {
     f: Mat,
@@ -25,17 +25,17 @@ pub(crate) struct Lifted {
     h: Mat,
 }
 
-/// The largest size of the Hamiltonian matrix times the first interval: far from where its blocks are singular.
+/// The largest size of the Hamiltonian matrix times the first interval, at which its blocks are far from singular.
 const SMALL: f64 = 0.25;
 
 /// The largest number of doublings; each doubles the rounding, to about 1e-7 at this number.
 const MOST_DOUBLINGS: f64 = 30.0;
 
 impl Lifted {
-    /// The system over a time, at a level; `None` if the level is not above the gain over that time from rest.
+    /// Returns the system over a time, at a level; `None` if the level is not above the gain over that time from rest.
     ///
     /// # Errors
-    /// [`SystemError::Stiff`].
+    /// Returns [`SystemError::Stiff`].
     pub(crate) fn over(system: &StateSpace, time: f64, level: f64) -> Result<Option<Self>, SystemError> {
         let Some((hamiltonian, unit)) = hamiltonian(system, level) else { return Ok(None) };
         let size = hamiltonian.row_iter().map(|row| row.lp_norm(1)).fold(0.0, f64::max) * time;
@@ -55,7 +55,7 @@ impl Lifted {
         Ok(total.map(|all| Self { g: all.g * unit, h: all.h / unit, ..all }))
     }
 
-    /// The system over twice the time. It exists if `G H` has no eigenvalue of 1 or more.
+    /// Returns the system over twice the time. It exists if `G H` has no eigenvalue of 1 or more.
     fn twice(&self) -> Option<Self> {
         let Self { f, g, h } = self;
         let n = f.nrows();
@@ -74,7 +74,7 @@ impl Lifted {
         })
     }
 
-    /// The discrete-time system `x+ = F x + G^(1/2) v` with the outputs `H^(1/2) x`.
+    /// Returns the discrete-time system `x+ = F x + G^(1/2) v` with the outputs `H^(1/2) x`.
     pub(crate) fn system(&self) -> StateSpace {
         let root = |m: &Mat| symmetric_function(m, |v| v.max(0.0).sqrt());
         let n = self.f.nrows();
@@ -82,8 +82,8 @@ impl Lifted {
     }
 }
 
-/// `[A + B R D'C, B R B'; -C'(I + D R D')C, -(A + B R D'C)']`, `R = (I - D'D)^-1`, with B and D in units of the level,
-/// and the unit of energy that equalises its upper and lower block; `None` if D reaches the level.
+/// Returns `[A + B R D'C, B R B'; -C'(I + D R D')C, -(A + B R D'C)']`, `R = (I - D'D)^-1`, with B and D in units of the
+/// level, and the unit of energy that equalises its upper and lower block; `None` if D reaches the level.
 fn hamiltonian(system: &StateSpace, level: f64) -> Option<(Mat, f64)> {
     let (a, c) = (&system.a, &system.c);
     let (b, d) = (&system.b / level, &system.d / level);
@@ -102,8 +102,8 @@ mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
-    /// x' = w, z = x: the Hamiltonian system is an oscillator of frequency 1/level, so F = 1/cos, G = tan/level and
-    /// H = level tan of T/level, up to a quarter of its period.
+    /// The Hamiltonian system of x' = w, z = x is an oscillator of frequency 1/level, so F = 1/cos, G = tan/level and H
+    /// = level tan of T/level, up to a quarter of its period.
     #[test]
     fn an_integrator_has_its_closed_form() {
         let integrator =
@@ -119,11 +119,11 @@ mod tests {
         assert!(Lifted::over(&integrator, 1.6, 1.0).unwrap().is_none());
     }
 
-    /// A lag much shorter than the sample: e^(T/lag) is 1e434, and F, G and H are at their limits. For one lag of gain
-    /// 1 at the level sqrt 2 the worst-case input has the mode `a = 1/(sqrt 2 lag)`, F is 0, and both G and H solve
-    /// their Riccati equations: `G^2 - 2 G + 1/2 = 0` in units of the lag, and H = 2 G.
+    /// F, G and H are at their limits for a lag much shorter than the sample: e^(T/lag) is 1e434. For one lag of gain 1
+    /// at the level sqrt 2 the worst-case input has the mode `a = 1/(sqrt 2 lag)`, F is 0, and both G and H solve their
+    /// Riccati equations: `G^2 - 2 G + 1/2 = 0` in units of the lag, and H = 2 G.
     #[test]
-    fn a_lag_much_shorter_than_the_sample_does_no_harm() {
+    fn a_lag_much_shorter_than_the_sample_has_its_limits() {
         let lag = 1e-3;
         let system = StateSpace {
             a: dmatrix![-1.0 / lag],

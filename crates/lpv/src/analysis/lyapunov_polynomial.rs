@@ -7,19 +7,19 @@ use crate::matrix::Mat;
 pub struct LyapunovPolynomial {
     /// The middle of the samples.
     pub centre: f64,
-    /// From the middle to the last sample (1 if there is only one).
+    /// Distance from the middle to the last sample (1 if there is only one).
     pub half_range: f64,
-    /// `X_0, ..., X_d`, n x n.
+    /// Coefficients `X_0, ..., X_d`, n x n.
     pub coefficients: Vec<Mat>,
 }
 
 impl LyapunovPolynomial {
-    /// X(theta). n x n.
+    /// Returns X(theta). n x n.
     pub fn value(&self, theta: f64) -> Mat {
         self.weighted(|k| self.power(theta, k))
     }
 
-    /// dX/dtheta.
+    /// Returns dX/dtheta.
     pub fn slope(&self, theta: f64) -> Mat {
         self.weighted(|k| self.power_slope(theta, k))
     }
@@ -32,7 +32,7 @@ impl LyapunovPolynomial {
         if k == 0 { 0.0 } else { k as f64 * self.power(theta, k - 1) / self.half_range }
     }
 
-    /// `sum_k weight(k) X_k`.
+    /// Returns `sum_k weight(k) X_k`.
     pub(crate) fn weighted(&self, weight: impl Fn(usize) -> f64) -> Mat {
         let n = self.coefficients.first().map_or(0, Mat::nrows);
         self.coefficients.iter().enumerate().fold(Mat::zeros(n, n), |sum, (k, x)| sum + x * weight(k))

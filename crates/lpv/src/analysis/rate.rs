@@ -26,7 +26,7 @@ use crate::system::StateSpace;
 /// The Lyapunov function found, and the margin of the inequality.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RateProof {
-    /// X(theta).
+    /// The polynomial X(theta).
     pub lyapunov: LyapunovPolynomial,
     /// The parameter values at which the inequality was imposed.
     pub grid: Vec<f64>,
@@ -41,7 +41,7 @@ pub struct RateBound {
     pub gamma: f64,
     /// The bound nu on `|theta'|`; infinite for parameters of any rate.
     pub rate: f64,
-    /// The Lyapunov function that shows it.
+    /// The Lyapunov function that proves it at the samples.
     pub proof: RateProof,
 }
 
@@ -50,8 +50,8 @@ pub struct RateBound {
 /// `rate` is in units of theta per unit of time; 0 means a frozen parameter, infinity a constant X.
 ///
 /// # Errors
-/// [`RateError::Unstable`] and [`SynthesisError::Infeasible`] if no gain is finite, the latter for Lyapunov functions
-/// of this order; [`SynthesisError::Numerical`] if nothing is known; the others for invalid input.
+/// Returns [`RateError::Unstable`] and [`SynthesisError::Infeasible`] if no gain is finite, the latter for Lyapunov
+/// functions of this order; [`SynthesisError::Numerical`] if nothing was decided; the others for invalid input.
 pub fn rate_bounded_gain(
     samples: &[(f64, StateSpace)],
     rate: f64,
@@ -60,11 +60,11 @@ pub fn rate_bounded_gain(
     rate_bounded_gain_from(samples, rate, options, None)
 }
 
-/// [`rate_bounded_gain`], searched from a constant Lyapunov matrix that proves a known gain: in its coordinates the
+/// Computes [`rate_bounded_gain`] from a constant Lyapunov matrix that proves a known gain: in its coordinates the
 /// inequality is well conditioned.
 ///
 /// # Errors
-/// As [`rate_bounded_gain`].
+/// Errors of [`rate_bounded_gain`].
 pub fn rate_bounded_gain_from(
     samples: &[(f64, StateSpace)],
     rate: f64,
@@ -72,7 +72,7 @@ pub fn rate_bounded_gain_from(
     known: Option<(&Mat, f64)>,
 ) -> Result<RateBound, RateError> {
     match least_gain(samples, rate, options, known) {
-        // If the solver is stuck on an infeasible problem, that of stability only is easier to refute.
+        // The problem of stability alone is easier to refute if the solver is stuck on an infeasible problem.
         Err(stuck @ RateError::Inequality(SynthesisError::Numerical { .. })) if known.is_none() => {
             match rate_bounded_stability(samples, rate, options) {
                 Err(none @ RateError::Inequality(SynthesisError::Infeasible { .. })) => Err(none),
@@ -99,11 +99,11 @@ fn least_gain(
     Ok(RateBound { gamma, rate, proof })
 }
 
-/// The gain raised by a fraction, with a Lyapunov function of the largest margin: that of the least gain may hold with
-/// almost no margin in directions that the gain does not affect.
+/// Returns the gain raised by a fraction, with a Lyapunov function of the largest margin: that of the least gain may
+/// hold with almost no margin in directions that the gain does not affect.
 ///
 /// # Errors
-/// As [`rate_bounded_gain`].
+/// Errors of [`rate_bounded_gain`].
 pub(crate) fn with_raised_gamma(
     samples: &[(f64, StateSpace)],
     options: RateOptions,
@@ -125,7 +125,7 @@ pub(crate) fn with_raised_gamma(
 /// matter.
 ///
 /// # Errors
-/// As [`rate_bounded_gain`].
+/// Errors of [`rate_bounded_gain`].
 pub fn rate_bounded_stability(
     samples: &[(f64, StateSpace)],
     rate: f64,
@@ -139,7 +139,7 @@ pub fn rate_bounded_stability(
     Ok(refine(&system, points, |points| Ok(system.search(points, &base, RateAim::Stability)?.0))?.1)
 }
 
-/// The samples, if they are in order, of one shape and stable.
+/// Returns the samples, if they are in order, of one shape and stable.
 fn checked(samples: &[(f64, StateSpace)], rate: f64) -> Result<&[(f64, StateSpace)], RateError> {
     let Some((_, like)) = samples.first() else { return Err(RateError::NoSamples) };
     if rate.is_nan() || rate < 0.0 {
@@ -174,7 +174,7 @@ fn check_shapes(system: &StateSpace, like: &StateSpace) -> Result<(), SystemErro
     Ok(())
 }
 
-/// The indices of every `stride`-th sample and of the last.
+/// Returns the indices of every `stride`-th sample and of the last.
 fn points(system: &Grid<'_>, stride: usize) -> Vec<usize> {
     let last = system.samples.len() - 1;
     (0..last).step_by(stride.max(1)).chain([last]).collect()
@@ -208,7 +208,7 @@ fn refine(
     }
 }
 
-/// The samples not among `points` at which the inequality fails, and fails worst among the neighbours.
+/// Returns the samples not among `points` at which the inequality fails, and fails worst among the neighbours.
 fn peaks(values: &[f64], points: &[usize]) -> Vec<usize> {
     let at = |i: Option<usize>| i.and_then(|i| values.get(i)).copied().unwrap_or(f64::NEG_INFINITY);
     (0..values.len())

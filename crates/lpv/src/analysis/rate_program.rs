@@ -18,7 +18,8 @@ const MOST_RESTARTS: usize = 4;
 pub struct RateOptions {
     /// The order d of X(theta).
     pub order: usize,
-    /// The inequality is imposed at every `stride`-th sample and the last one, and then where it fails.
+    /// The stride of the samples at which the inequality is imposed first, with the last one; it is then added where it
+    /// fails.
     pub stride: usize,
     /// The tolerance of gamma, relative to itself plus 1 in units of an estimate of it.
     pub accuracy: f64,
@@ -59,7 +60,7 @@ pub(crate) struct RateSolution {
 pub(crate) struct Start {
     pub(crate) x: Mat,
     pub(crate) gamma: f64,
-    /// Whether the constant X is known to prove the gain for any rate.
+    /// `true` if the constant X is known to prove the gain for any rate.
     pub(crate) shows: bool,
 }
 
@@ -85,7 +86,7 @@ impl<'a> Grid<'a> {
         LyapunovPolynomial { centre: self.centre, half_range: self.half_range, coefficients }
     }
 
-    /// A first estimate.
+    /// Returns a first estimate.
     pub(crate) fn start(&self) -> Result<Start, RateError> {
         let systems: Vec<&StateSpace> = self.samples.iter().map(|(_, s)| s).collect();
         let (x, hankel) = middle_of_gramians(&systems).ok_or_else(|| {
@@ -95,9 +96,9 @@ impl<'a> Grid<'a> {
         Ok(Start { x, gamma: frozen.max(hankel), shows: false })
     }
 
-    /// A gamma close to the least at some samples, with a solution that is strict there: sought from `base` and, if the
-    /// solver gets stuck, again from the solution. `base` becomes that solution. From a start that proves a gain there
-    /// is one search only: if it gets stuck, that is rounding.
+    /// Returns a gamma close to the least at some samples, with a solution that is strict there: searched from `base`
+    /// and, if the solver gets stuck, again from the solution. `base` becomes that solution. From a start that proves a
+    /// gain there is one search only: if it gets stuck, the cause is rounding.
     pub(crate) fn least(&self, points: &[usize], base: &mut Start) -> Result<RateSolution, RateError> {
         let mut best: Option<RateSolution> = None;
         let mut failure = None;
@@ -133,7 +134,7 @@ impl<'a> Grid<'a> {
         base: &Start,
         aim: RateAim,
     ) -> Result<(RateSolution, f64), RateError> {
-        // State is X^-1/2, so that X becomes the identity.
+        // The matrix `state` is X^-1/2, so that X becomes the identity.
         let (inverse, state) = roots(&base.x);
         let unit = match aim {
             RateAim::Least | RateAim::Margin => base.gamma,
@@ -201,7 +202,7 @@ impl<'a> Grid<'a> {
         Ok((read(&solution.x), solution.gap))
     }
 
-    /// Tightens the inequalities, and those of X at some samples, by a margin that is to be maximised.
+    /// Tightens the inequalities, and those of X at some samples, by a margin to be maximised.
     fn maximise_margin(&self, program: &mut Program, points: &[usize], unknowns: &[Affine], margin: &Affine) {
         program.tighten(INEQUALITY_NAME, margin);
         let shape = self.polynomial(vec![]);
@@ -214,7 +215,7 @@ impl<'a> Grid<'a> {
         program.minimise_trace(margin, -1.0);
     }
 
-    /// `X_0, ..., X_d`. At high rates all but the first must be small; they are scaled relative to the first.
+    /// Adds `X_0, ..., X_d`. At high rates all but the first must be small; they are scaled relative to the first.
     fn unknowns(&self, program: &mut Program, systems: &[StateSpace], time_scale: f64) -> Vec<Affine> {
         let n = systems.first().map_or(0, |s| s.a.nrows());
         let fastest = systems.iter().map(|s| s.a.norm()).fold(0.0, f64::max);
@@ -224,7 +225,7 @@ impl<'a> Grid<'a> {
             .collect()
     }
 
-    /// The inequality at one sample, with both signs of the rate.
+    /// Imposes the inequality at one sample, with both signs of the rate.
     ///
     /// X(theta) > 0 need not be imposed: the mean of the two gives `A'X + XA < 0`, and A is stable.
     fn impose(
@@ -253,19 +254,19 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// The extremes of the rate; one if they make no difference.
+    /// Returns the extremes of the rate; one if they make no difference.
     fn rates(&self) -> Vec<f64> {
         if self.options.order == 0 || self.rate == 0.0 { vec![0.0] } else { vec![self.rate, -self.rate] }
     }
 
-    /// The largest eigenvalue over some samples, and its parameter value.
+    /// Returns the largest eigenvalue over some samples, and its parameter value.
     fn worst(&self, points: &[usize], found: &RateSolution) -> (f64, f64) {
         let values = points.iter().map(|&i| (self.eigenvalue(i, found), self.samples[i].0));
         values
             .fold((f64::NEG_INFINITY, self.centre), |worst, next| if next.0 > worst.0 { next } else { worst })
     }
 
-    /// The largest eigenvalue of the inequality and of -X at a sample, scaled to unit diagonals.
+    /// Returns the largest eigenvalue of the inequality and of -X at a sample, scaled to unit diagonals.
     pub(crate) fn eigenvalue(&self, sample: usize, found: &RateSolution) -> f64 {
         let (theta, system) = &self.samples[sample];
         let x = found.lyapunov.value(*theta);
@@ -279,13 +280,13 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// The system with neither inputs nor outputs.
+/// Returns the system with neither inputs nor outputs.
 pub(crate) fn without_signals(s: &StateSpace) -> StateSpace {
     let n = s.a.nrows();
     StateSpace { a: s.a.clone(), b: Mat::zeros(n, 0), c: Mat::zeros(0, n), d: Mat::zeros(0, 0) }
 }
 
-/// The geometric mean of |lambda| over the modes of all systems, which are stable, rad/s.
+/// Returns the geometric mean of |lambda| over the modes of all systems, which are stable, rad/s.
 fn mean_time_scale(systems: &[StateSpace]) -> f64 {
     let modes: Vec<f64> = systems.iter().flat_map(StateSpace::poles).map(|p| p.norm().ln()).collect();
     (modes.iter().sum::<f64>() / modes.len().max(1) as f64).exp()
@@ -298,7 +299,7 @@ struct Sample<'a> {
     time_scale: f64,
 }
 
-/// `[A'X + XA + drift, XB, C'; *, -gamma I, D'; *, *, -gamma I]`.
+/// Returns `[A'X + XA + drift, XB, C'; *, -gamma I, D'; *, *, -gamma I]`.
 fn bounded_real(s: &StateSpace, x: &Affine, drift: Affine, gamma: &Affine) -> Affine {
     let lyapunov = x.times(&s.a);
     let constant = |m: &Mat| Affine::constant(m.transpose());
@@ -309,7 +310,7 @@ fn bounded_real(s: &StateSpace, x: &Affine, drift: Affine, gamma: &Affine) -> Af
     ])
 }
 
-/// The numerical error for a solution that violates the inequality.
+/// Returns the numerical error for a solution that violates the inequality.
 pub(crate) fn missed(gamma: f64, theta: f64, by: f64) -> RateError {
     let diagnosis = format!("at gamma = {gamma:.4} the inequality is violated by {by:.1e}, theta = {theta}");
     SynthesisError::numerical(STAGE, diagnosis).into()

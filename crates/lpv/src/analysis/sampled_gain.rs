@@ -9,8 +9,8 @@
 //! A component of w that reaches y without passing a state (a nonzero column of D21) would have an infinite gain: it
 //! could act at the ticks only, at no cost. Such components are held between ticks, like references and the noise of
 //! samples; all others are any function of finite energy, or held as well. Signals faster than half the sampling rate
-//! are aliased: if slow errors have a large weight, [`Exogenous::Any`] has a larger gain than [`Exogenous::Held`],
-//! however short the sample time.
+//! are aliased: if slow errors have a large weight, [`Exogenous::Any`] has a larger gain than [`Exogenous::Held`] at
+//! any sample time.
 //!
 //! At a level above the gain between two ticks the loop is equivalent to a discrete-time system (`lifted.rs`): the loop
 //! is stable with a gain below the level exactly if that system is stable and has a norm below 1. The level is found by
@@ -29,9 +29,9 @@ use crate::system::{GeneralisedPlant, HinfNorm, StateSpace};
 /// Bounds on a gain, to rounding: both infinite for an unstable loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledGain {
-    /// The gain is at least this.
+    /// Lower bound of the gain.
     pub lower: f64,
-    /// The gain is below this.
+    /// Upper bound of the gain.
     pub upper: f64,
 }
 
@@ -53,14 +53,14 @@ const MOST_LEVELS: usize = 200;
 /// The least gain distinguished from 0, relative to the size of the matrices.
 const LEAST: f64 = 1e-9;
 
-/// The L2 gain from w to z of a plant without parameters, closed by a discrete-time controller with the sample time T
-/// (s), to a relative accuracy of `1e-5`.
+/// Returns the L2 gain from w to z of a plant without parameters, closed by a discrete-time controller with the sample
+/// time T (s), to a relative accuracy of `1e-5`.
 ///
 /// The controller is `(xk_(k+1), u_k) = K(xk_k, y_k)`; its `b` and `d` have one column per row of y. A gain below
-/// `1e-9` of the size of B1, C1 and D11 has the lower bound 0. For the source see the top of this file.
+/// `1e-9` of the size of B1, C1 and D11 has the lower bound 0. Source: see the module.
 ///
 /// # Errors
-/// [`SystemError`].
+/// Returns [`SystemError`].
 pub fn sampled_gain(
     plant: &GeneralisedPlant,
     controller: &StateSpace,
@@ -70,11 +70,11 @@ pub fn sampled_gain(
     sampled_gain_near(plant, controller, sample_time, w, f64::NAN)
 }
 
-/// As [`sampled_gain`], with the search started at a `guess` of the gain, such as that of the loop in continuous time;
-/// one that is not positive and finite is not used.
+/// Computes [`sampled_gain`] with the search started at a `guess` of the gain, such as that of the loop in continuous
+/// time; a guess that is not positive and finite is ignored.
 ///
 /// # Errors
-/// As [`sampled_gain`].
+/// Errors of [`sampled_gain`].
 pub fn sampled_gain_near(
     plant: &GeneralisedPlant,
     controller: &StateSpace,
@@ -87,7 +87,7 @@ pub fn sampled_gain_near(
         return Ok(SampledGain { lower: f64::INFINITY, upper: f64::INFINITY });
     }
     let size = plant.d11().norm() + plant.c1().norm().max(1.0) * plant.b1().norm().max(1.0);
-    // Fast inputs see D11 only.
+    // Fast inputs act on z through D11 only.
     let (mut lower, mut upper) = (largest_singular_value(&parts.between.d), f64::INFINITY);
     let (mut level, mut near) = (if guess > 0.0 && guess.is_finite() { guess } else { size }, None);
     for tried in 0..MOST_LEVELS {
@@ -127,7 +127,7 @@ struct SampledLoop<'a> {
     between: StateSpace,
     /// The columns of D21 of the held part of w.
     held: Mat,
-    /// C2.
+    /// The matrix C2.
     measured: Mat,
     controller: &'a StateSpace,
     sample_time: f64,
@@ -180,15 +180,15 @@ impl<'a> SampledLoop<'a> {
         Ok(Self { between, held: d21.select_columns(&held), measured: plant.c2(), controller, sample_time })
     }
 
-    /// Whether all modes of the discrete-time loop are inside the unit circle.
+    /// Returns `true` if all modes of the discrete-time loop are inside the unit circle.
     fn is_stable(&self) -> bool {
         let transition = (&self.between.a * self.sample_time).exp();
         let modes = eigenvalues(&self.tick_to_tick(&transition, 1.0).a);
         largest(0.0, modes.iter().map(|v| v.norm())) < 1.0
     }
 
-    /// The norm of the discrete-time system that is below 1 if the gain is below the level; infinite if the level is
-    /// not above the gain between two ticks. The search starts near a frequency (rad/s, on the axis).
+    /// Returns the norm of the discrete-time system that is below 1 if the gain is below the level; infinite if the
+    /// level is not above the gain between two ticks. The search starts near a frequency (rad/s, on the axis).
     fn norm(&self, level: f64, near: Option<f64>) -> Result<HinfNorm, SystemError> {
         let none = HinfNorm { value: f64::INFINITY, frequency: f64::INFINITY };
         let Some(lifted) = Lifted::over(&self.between, self.sample_time, level)? else {
@@ -210,8 +210,8 @@ impl<'a> SampledLoop<'a> {
         Ok(seen.from_circle_to_axis().map_or(none, peak))
     }
 
-    /// The loop from tick to tick for a transition of (x, u, held), from the held components in units of `unit` to the
-    /// value of (x, u, held) at the beginning of a sample. States (x, xk).
+    /// Returns the loop from tick to tick for a transition of (x, u, held), from the held components in units of `unit`
+    /// to the value of (x, u, held) at the start of a sample. States (x, xk).
     fn tick_to_tick(&self, transition: &Mat, unit: f64) -> StateSpace {
         let StateSpace { a, b, c, d } = self.controller;
         let (x, held, n) = (self.measured.ncols(), &self.held * unit, a.nrows());

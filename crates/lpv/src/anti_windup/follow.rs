@@ -1,15 +1,15 @@
 //! The gain with which a controller follows commands that are not its own.
 //!
-//! A controller `x+ = A x + B y, u = C x + D y` whose commands are not applied is to be in the state in which its next
-//! command is what is applied, r: `x <- x - F (u - r)`. F is the gain of a stationary Kalman filter for a controller
+//! A controller `x+ = A x + B y, u = C x + D y` whose commands are not applied must be in the state in which its next
+//! command is the applied one, r: `x <- x - F (u - r)`. F is the gain of a stationary Kalman filter for a controller
 //! that is driven by unit white noise y and whose output r is measured almost exactly,
 //!
 //! ```text
 //! P = A (P - F C P) A' + B B',   F = P C' (C P C' + R)^-1,   R = e tr(C B B' C')/m I
 //! ```
 //!
-//! so `C F` nearly is the identity on the commands that the state can change, and what r does not tell of x is what y
-//! has brought about. F goes with the coordinates of the state. The equation is solved by doubling.
+//! so `C F` is nearly the identity on the commands that the state can change, and the part of x that r does not
+//! determine is the response to y. F depends on the coordinates of the state. The equation is solved by doubling.
 //!
 //! Source: E. K.-W. Chu, H.-Y. Fan, W.-W. Lin, C.-S. Wang, "Structure-preserving algorithms for periodic discrete-time
 //! algebraic Riccati equations", Int. J. Control 77(8), 2004.
@@ -17,19 +17,19 @@
 use crate::matrix::{Mat, solve};
 use crate::system::StateSpace;
 
-/// e, the part of the variance of a command that counts as the error of its measurement.
+/// e, the part of the variance of a command that is taken as the error of its measurement.
 const MEASUREMENT: f64 = 1e-6;
 
-/// Doublings after which 2^60 ticks have passed.
+/// The number of doublings, which cover 2^60 ticks.
 const MOST_DOUBLINGS: usize = 60;
 
-/// Relative change at which P is accepted.
+/// The relative change at which P is accepted.
 const CONVERGED: f64 = 1e-12;
 
-/// F, n x m, for a frozen controller in continuous time that is discretised by the trapezoidal rule, to
+/// Returns F, n x m, for a frozen controller in continuous time that is discretised by the trapezoidal rule, to
 /// `(N (I + A T/2), N B T, C N, D + C N B T/2)` with `N = (I - A T/2)^-1`; T is the sample time in s.
 ///
-/// `None` if no y moves u through the state, or the equation has no solution that can be found.
+/// `None` if y does not affect u through the state, or no solution of the equation is found.
 pub fn following_gain(controller: &StateSpace, sample_time: f64) -> Option<Mat> {
     let n = controller.a.nrows();
     let one = Mat::identity(n, n);

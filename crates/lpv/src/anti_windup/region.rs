@@ -42,7 +42,7 @@ const STAGE: &str = "region of a loop with limits";
 /// The tolerance of the largest step, relative to its square.
 const ACCURACY: f64 = 1e-2;
 
-/// alpha relative to the rate of the slowest mode, tried in turn: 2 is an upper bound.
+/// alpha relative to the rate of the slowest mode, in the order tried: 2 is an upper bound.
 const DECAYS: [f64; 3] = [1.5, 0.75, 0.25];
 
 /// The fraction of the step found that is claimed, so that the inequalities hold with a margin.
@@ -65,14 +65,14 @@ pub struct Limited<'a> {
     pub plant: &'a GeneralisedPlant,
     /// The states of the plant that are part of the loop; the others are weights.
     pub kept: &'a [usize],
-    /// Its controller.
+    /// The controller of the loop.
     pub controller: &'a Controller,
     /// The model error to be tolerated.
     pub error: &'a ModelError,
-    /// A symmetric matrix that commutes with Theta, channels of plant and controller square: the squares of the
-    /// channels' units.
+    /// The squares of the channels' units: a symmetric matrix that commutes with Theta, channels of plant and
+    /// controller square.
     pub units: &'a Mat,
-    /// G.
+    /// The gain G.
     pub gain: Gain<'a>,
     /// The limit of each command in both directions (the smaller one), then of the rate of each state of `rates`.
     pub limits: &'a [f64],
@@ -88,9 +88,9 @@ pub struct Limited<'a> {
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs, reason = "the names are those of the equations above")]
 pub struct Region {
-    /// d.
+    /// The step size d.
     pub size: f64,
-    /// alpha.
+    /// The decay alpha.
     pub decay: f64,
     pub x: Mat,
     pub s: Mat,
@@ -99,18 +99,18 @@ pub struct Region {
     pub u: Vec<f64>,
     pub h: Mat,
     pub lambda: f64,
-    /// G.
+    /// The gain G.
     pub gain: Mat,
-    /// x_e.
+    /// The equilibrium x_e.
     pub x_held: Vec<f64>,
-    /// u_e.
+    /// The equilibrium u_e.
     pub u_held: Vec<f64>,
 }
 
 /// Computes the largest step of one component of w.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`] if no step is proved, however small; [`SynthesisError::Numerical`].
+/// Returns [`SynthesisError::Infeasible`] if no step is proved, for any size; [`SynthesisError::Numerical`].
 pub fn largest_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
     if let Some(j) = of.limits.iter().position(|limit| limit.is_nan() || *limit <= 0.0) {
         let diagnosis = format!("limit {j} is {}, must be above 0", of.limits[j]);
@@ -122,7 +122,7 @@ pub fn largest_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
 /// Proves stability for every step from every state, with H = 0, for a given gain.
 ///
 /// # Errors
-/// As [`largest_step`].
+/// Errors of [`largest_step`].
 pub fn every_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
     let flow = Flow::of(of, true)?;
     if flow.without_commands().is_none_or(|a| spectral_abscissa(&a) >= 0.0) {
@@ -131,7 +131,7 @@ pub fn every_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
     fastest(&flow)
 }
 
-/// The largest step, at the fastest decay that allows it.
+/// Returns the largest step, at the fastest decay that allows it.
 fn fastest(flow: &Flow<'_>) -> Result<Region, SynthesisError> {
     let slowest = -spectral_abscissa(&flow.part(0, 0));
     if slowest.is_nan() || slowest <= 0.0 {
@@ -157,17 +157,17 @@ fn fastest(flow: &Flow<'_>) -> Result<Region, SynthesisError> {
 /// The loop; its columns are x, wt, phi, step, its rows x', zt, u, z_D.
 struct Flow<'a> {
     of: Limited<'a>,
-    /// M, with G = 0 if it is an unknown, x and u measured from the equilibrium of a step, and r in units of `unit`.
+    /// The matrix M, with G = 0 if it is an unknown, x and u from the equilibrium of a step, r in units of `unit`.
     m: Mat,
-    /// E.
+    /// The matrix E.
     e: Mat,
     rows: [usize; 4],
     columns: [usize; 4],
     x_held: Mat,
     u_held: Mat,
-    /// The step that takes a command to half of its limit in equilibrium, at most the largest.
+    /// The step at which a command is at half of its limit in equilibrium, at most the largest.
     unit: f64,
-    /// Whether H = 0.
+    /// `true` if H = 0.
     everywhere: bool,
 }
 
@@ -213,7 +213,7 @@ impl<'a> Flow<'a> {
             ));
         }
         let rates = moved.select_rows(&limited);
-        limited.iter().enumerate().for_each(|(j, &place)| moved[(place, n + nk + r + rk + m + j)] -= 1.0);
+        limited.iter().enumerate().for_each(|(j, &state)| moved[(state, n + nk + r + rk + m + j)] -= 1.0);
         let gain = block(&[&[&gain, &zero(nk, all - m)]]);
         let full = block(&[
             &[&moved],
@@ -238,7 +238,7 @@ impl<'a> Flow<'a> {
         self.m.view((i, j), (rows, columns)).into_owned()
     }
 
-    /// The number of components of u and phi that are commands, not rates.
+    /// Returns the number of components of u and phi that are commands, not rates.
     fn commands(&self) -> usize {
         self.columns[2] - self.of.rates.len()
     }
@@ -264,14 +264,14 @@ impl<'a> Flow<'a> {
         Ok(())
     }
 
-    /// A of the loop at Theta = 0 with all commands fully saturated, phi = u.
+    /// Returns A of the loop at Theta = 0 with all commands fully saturated, phi = u.
     fn without_commands(&self) -> Option<Mat> {
         let m = self.columns[2];
         let all = solve(&(Mat::identity(m, m) - self.part(2, 2)), &self.part(2, 0))?;
         Some(self.part(0, 0) + self.part(0, 2) * all)
     }
 
-    /// T and its inverse, in which the geometric mean of the gramians of the loop at Theta = 0 is the identity.
+    /// Returns T and its inverse, in which the geometric mean of the gramians of the loop at Theta = 0 is the identity.
     fn coordinates(&self, units: &Mat, limits: &Mat) -> Result<(Mat, Mat), SynthesisError> {
         let (rooted, unrooted) = roots(units);
         let inverse = limits.map(|v| if v == 0.0 { 0.0 } else { 1.0 / v });
@@ -289,8 +289,8 @@ impl<'a> Flow<'a> {
         Ok((state, inverse))
     }
 
-    /// The largest rate of each controller state by phi of half the limits, in units of its size under white noise of
-    /// unit size on the commands, in units of their limits, and on the step; empty for a given G.
+    /// Returns the largest rate of each controller state by phi of half the limits, in units of its size under white
+    /// noise of unit size on the commands, in units of their limits, and on the step; empty for a given G.
     fn reach(&self, half: &Mat) -> Result<DVector<f64>, SynthesisError> {
         let Gain::Sought(largest) = self.of.gain else { return Ok(DVector::zeros(0)) };
         let nk = self.of.controller.a().nrows();
@@ -301,7 +301,7 @@ impl<'a> Flow<'a> {
         Ok(gramian.diagonal().rows(gramian.nrows() - nk, nk).map(|v| 0.5 * largest * v.max(0.0).sqrt()))
     }
 
-    /// The largest step at a decay.
+    /// Returns the largest step at a decay.
     fn search(&self, decay: f64) -> Result<Region, SynthesisError> {
         let half: Vec<f64> = self.of.limits.iter().map(|limit| 0.5 * limit).collect();
         let commands = diagonal(half.iter().copied());
@@ -363,7 +363,7 @@ impl<'a> Flow<'a> {
 }
 
 impl Transposed {
-    /// The inequalities of a step, and the unknowns 1/lambda and d^2.
+    /// Adds the inequalities of a step; returns the unknowns 1/lambda and d^2.
     fn program(&self, program: &mut Program, of: &Unknowns, e: &Mat, held: &Mat, decay: f64) -> [Affine; 2] {
         let ([_, _, _, step], [x_dot, _, _, z_error]) = (&self.back, &self.select);
         let [mu, size] = [(); 2].map(|()| program.scalar());
@@ -389,13 +389,13 @@ mod tests {
     use crate::system::partition::Group::{U, W, X, Y, Z};
     use nalgebra::dmatrix;
 
-    /// `x' = a x + u`, `u = k (r - x)`.
+    /// Returns the region of `x' = a x + u`, `u = k (r - x)`.
     fn found(a: f64, k: f64, limit: f64) -> Result<Region, SynthesisError> {
         let controller = Controller::new(vec![], &[(U, Y, dmatrix![k])]).unwrap();
         under(a, &controller, limit, Gain::Given(&Mat::zeros(0, 1)))
     }
 
-    /// `x' = a x + u` under a controller of r - x.
+    /// Returns the region of `x' = a x + u` under a controller of r - x.
     fn under(a: f64, controller: &Controller, limit: f64, gain: Gain<'_>) -> Result<Region, SynthesisError> {
         let one = dmatrix![1.0];
         let parts =
@@ -420,10 +420,10 @@ mod tests {
         Ok(every.unwrap_or(region))
     }
 
-    /// A stable plant survives every step, an unstable one only if its saturated command can still stabilise it: from
-    /// |x| < 1; a step r, held at x = 2 r and removed, may take V to four times its value there.
+    /// A stable plant remains stable for every step, an unstable one only if its saturated command can still stabilise
+    /// it: from |x| < 1; a step r, held at x = 2 r and removed, may take V to four times its value there.
     #[test]
-    fn steps_by_hand() {
+    fn largest_steps_have_their_closed_forms() {
         let stable = found(-1.0, 1.0, 1.0).unwrap();
         assert_eq!((stable.size, stable.h[(0, 0)], stable.x_held[0]), (100.0, 0.0, 0.0));
         let unstable = found(1.0, 2.0, 1.0).unwrap();
@@ -433,10 +433,10 @@ mod tests {
         assert!((twice.size / unstable.size - 2.0).abs() < 0.1, "{} {}", twice.size, unstable.size);
     }
 
-    /// An unstable plant with a lag that winds up: the computed gain allows a larger step than none, stays below its
+    /// The computed gain for an unstable plant with a lag that winds up allows a larger step than none, stays below its
     /// bound, and allows the same step when given.
     #[test]
-    fn the_gain_sought_is_that_of_the_largest_step() {
+    fn the_computed_gain_allows_the_largest_step() {
         let lag =
             [(X, X, dmatrix![-0.1]), (X, Y, dmatrix![1.0]), (U, X, dmatrix![1.0]), (U, Y, dmatrix![3.0])];
         let controller = Controller::new(vec![], &lag).unwrap();
@@ -451,7 +451,7 @@ mod tests {
         assert!((little.size / none - 1.0).abs() < 0.03, "{} {none}", little.size);
     }
 
-    /// `x' = x + T`, `T' = 10 (u - T)`, `u = 2 (r - x)`, with the rate of T limited to `rate`, if given.
+    /// Returns the region of `x' = x + T`, `T' = 10 (u - T)`, `u = 2 (r - x)`, the rate of T limited to `rate`.
     fn with_lag(rate: Option<f64>) -> Region {
         let (x, b, c) = (dmatrix![1.0, 1.0; 0.0, -10.0], dmatrix![0.0; 10.0], dmatrix![1.0, 0.0]);
         let parts = [(X, X, x), (X, U, b), (Z, X, c.clone()), (Y, X, -c), (Y, W, dmatrix![1.0])];
@@ -477,7 +477,7 @@ mod tests {
 
     /// A rate limit that is never reached has no effect; a lower one allows a smaller step only.
     #[test]
-    fn a_slower_rate_leaves_a_smaller_step() {
+    fn a_lower_rate_limit_allows_a_smaller_step() {
         let [none, fast, slow, slower] =
             [None, Some(1e3), Some(2.0), Some(1.0)].map(|rate| with_lag(rate).size);
         assert!((fast / none - 1.0).abs() < 0.03, "{fast} {none}");
@@ -486,9 +486,9 @@ mod tests {
     }
 
     #[test]
-    fn infeasible_problems_are_refused() {
-        let words = |a, k, limit| found(a, k, limit).unwrap_err().to_string();
-        assert!(words(1.0, 0.5, 1.0).contains("the loop without limits is not stable"));
-        assert!(words(1.0, 2.0, -0.1).contains("limit 0 is -0.1, must be above 0"));
+    fn infeasible_problems_are_rejected() {
+        let message = |a, k, limit| found(a, k, limit).unwrap_err().to_string();
+        assert!(message(1.0, 0.5, 1.0).contains("the loop without limits is not stable"));
+        assert!(message(1.0, 2.0, -0.1).contains("limit 0 is -0.1, must be above 0"));
     }
 }

@@ -38,12 +38,12 @@ pub(super) struct Units<'a> {
     pub(super) commands: &'a [f64],
     pub(super) input: f64,
     pub(super) output: f64,
-    /// See [`Transposed`].
+    /// The unit of an entry of G, as in [`Transposed`].
     pub(super) reach: DVector<f64>,
 }
 
 impl Transposed {
-    /// The loop of M, whose rows x', zt, u, outputs and columns x, wt, phi, inputs have the given sizes.
+    /// Builds the loop of M, whose rows x', zt, u, outputs and columns x, wt, phi, inputs have the given sizes.
     pub(super) fn of(m: &Mat, rows: [usize; 4], columns: [usize; 4], units: Units<'_>) -> Self {
         let Units { state: (state, state_inverse), channels, commands, input, output, reach } = units;
         let (root, unroot) = roots(channels);
@@ -64,13 +64,13 @@ impl Transposed {
 
 /// The unknowns of a loop in its units.
 pub(super) struct Unknowns {
-    /// `X^-1`.
+    /// The unknown `X^-1`.
     pub(super) q: Affine,
     s: Affine,
     skew: Affine,
     u: Affine,
     y: Affine,
-    /// `(G U^-1)'`.
+    /// The unknown `(G U^-1)'`.
     moved: Affine,
     everywhere: bool,
 }
@@ -84,7 +84,7 @@ pub(super) struct Shown {
     /// Half of the diagonal of U.
     pub(super) u: Vec<f64>,
     pub(super) h: Mat,
-    /// G.
+    /// The gain G.
     pub(super) gain: Mat,
 }
 
@@ -118,7 +118,7 @@ impl Unknowns {
         unknowns
     }
 
-    /// The form without the terms of inputs and outputs.
+    /// Returns the form without the terms of inputs and outputs.
     pub(super) fn form(&self, loop_: &Transposed) -> Affine {
         let ([x, t, phi, _], [x_dot, zt, u, _]) = (&loop_.back, &loop_.select);
         let (n, nk) = (x_dot.nrows(), loop_.reach.len());
@@ -140,7 +140,7 @@ impl Unknowns {
         }
     }
 
-    /// The matrices at a point, with X, S, T and U times `share`; `None` if one has no inverse.
+    /// Returns the matrices at a point, with X, S, T and U times `share`; `None` if one has no inverse.
     pub(super) fn shown(
         &self,
         loop_: &Transposed,

@@ -11,9 +11,9 @@
 //! ```
 //!
 //! Bk and Ck complete the squares of the two diagonal blocks for any X' and Y', and Ak makes the off-diagonal block
-//! zero: P. Gahinet, "Explicit controller formulas for LMI-based H-infinity synthesis", Automatica 32(7), 1996. So if
-//! one of X and Y is constant, the controller is the same for every rate of the parameter, and depends smoothly on it.
-//! If both vary, a term `Y^-1 Y'` of Ak, proportional to the rate, is left out.
+//! zero: P. Gahinet, "Explicit controller formulas for LMI-based H-infinity synthesis", Automatica 32(7), 1996. If one
+//! of X and Y is constant, the controller is therefore the same for every rate of the parameter, and depends smoothly
+//! on it. If both vary, a term `Y^-1 Y'` of Ak, proportional to the rate, is left out.
 
 use crate::bounded_rate::inequalities::Varying;
 use crate::matrix::{Mat, block, diagonal_blocks, largest_singular_value, pseudo_inverse, symmetric_part};
@@ -26,8 +26,8 @@ pub(crate) struct Central {
     pub(crate) lyapunov: Mat,
 }
 
-/// The controller for the plant frozen at a value, at gamma = 1. `None` if a matrix that must be regular is not: noise
-/// on every measurement and a weight on every control make them regular.
+/// Returns the controller for the plant frozen at a value, at gamma = 1. `None` if a matrix that must be regular is
+/// singular: noise on every measurement and a weight on every control make them regular.
 ///
 /// With a constant Y the Lyapunov matrix is `[X Z; Z Z]`, `Z = X - Y^-1`; with a constant X its inverse is `[Y W; W
 /// W]`, `W = Y - X^-1`. Either is a polynomial in the parameter if the varying one of X and Y is.
@@ -81,11 +81,11 @@ pub(crate) fn central(p: &GeneralisedPlant, x: &Mat, y: &Mat, varying: Varying) 
     matrix.iter().all(|v| v.is_finite()).then_some(Central { matrix, lyapunov })
 }
 
-/// Singular values of D12 and D21 below this fraction of the largest are taken as zero.
+/// The relative size of singular values of D12 and D21 that are taken as zero.
 const RANK_TOLERANCE: f64 = 1e-10;
 
-/// The controller with the states `xk = T xk~`; `change` is T for a Lyapunov matrix, and T^-T for its inverse. All are
-/// n x n.
+/// Returns the controller with the states `xk = T xk~`; `change` is T for a Lyapunov matrix, and T^-T for its inverse.
+/// All are n x n.
 pub(crate) fn in_coordinates(of: &Central, t: &Mat, t_inverse: &Mat, change: &Mat) -> Central {
     let n = t.nrows();
     let (rows, columns) = (of.matrix.nrows() - n, of.matrix.ncols() - n);

@@ -22,7 +22,7 @@ use crate::system::{
 pub struct SlowOptions {
     /// The bound nu on `|theta'|`, in units of theta per unit of time.
     pub rate: f64,
-    /// The controller is built at `(1 + back_off)` times the least gamma.
+    /// The back-off: the controller is built at `(1 + back_off)` times the least gamma.
     pub back_off: f64,
     /// The relative accuracy of the least gamma.
     pub accuracy: f64,
@@ -33,7 +33,7 @@ pub struct SlowOptions {
 }
 
 impl SlowOptions {
-    /// The default options for a rate.
+    /// Returns the default options for a rate.
     pub fn at(rate: f64) -> Self {
         Self { rate, back_off: 0.1, accuracy: 1e-3, points: 7, order: 2 }
     }
@@ -57,7 +57,7 @@ pub struct SlowDesign {
 /// The least gamma at some values of the parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Least {
-    /// The gamma.
+    /// The least gamma.
     pub gamma: f64,
     /// The matrix that varies.
     pub varying: Varying,
@@ -68,17 +68,17 @@ const STAGE: &str = "synthesis at a bounded rate";
 /// The relative excess of the closed loop's gain, with an LFT, over that of the controllers to which it is fitted.
 const LOSS: f64 = 0.03;
 
-/// Orders of the polynomials fitted to them, and relative tolerances of their singular values.
+/// Orders of the polynomials fitted to the controllers, and relative tolerances of their singular values.
 const ORDERS: [usize; 4] = [1, 2, 3, 4];
 const TOLERANCES: [f64; 9] = [0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6];
 
-/// The largest number of controllers for which a Lyapunov matrix of the loop is computed, which takes seconds each.
+/// The largest number of controllers for which a Lyapunov matrix of the loop is computed, which takes seconds for each.
 const TRIES: usize = 4;
 
 /// The additional order for a Lyapunov matrix that is a rational function.
 const RATIONAL_ORDER: usize = 2;
 
-/// The coordinates of the least gamma for any rate of the parameter, if there is one.
+/// Returns the coordinates of the least gamma for any rate of the parameter, or else diagonal ones.
 fn place_of(plant: &GeneralisedPlant) -> Place {
     match least_gamma_at(plant, Options { accuracy: COORDINATES_ACCURACY, ..Options::default() }, None) {
         Ok((coordinates, found)) => Place { coordinates, unit: found.gamma },
@@ -100,31 +100,32 @@ fn grid(
 /// The relative accuracy of the gamma whose coordinates are used.
 const COORDINATES_ACCURACY: f64 = 0.02;
 
-/// The plant frozen at `count` values evenly spaced over [-1, 1].
+/// Returns the plant frozen at `count` values evenly spaced over [-1, 1].
 fn frozen(plant: &GeneralisedPlant, count: usize) -> Result<Vec<(f64, GeneralisedPlant)>, SynthesisError> {
     let wrong = |e: SystemError| SynthesisError::numerical(STAGE, e.to_string());
     evenly_spread(count).map(|theta| Ok((theta, plant.frozen(&[theta]).map_err(wrong)?))).collect()
 }
 
-/// The least gamma for a plant with one parameter with `|theta'| <= rate`, at values of the parameter.
+/// Returns the least gamma for a plant with one parameter with `|theta'| <= rate`, at values of the parameter.
 ///
 /// # Errors
-/// [`SynthesisError::NotStabilisable`], [`SynthesisError::NotDetectable`]; [`SynthesisError::Numerical`] for a number
-/// of parameters other than one; those of the solver.
+/// Returns [`SynthesisError::NotStabilisable`], [`SynthesisError::NotDetectable`]; [`SynthesisError::Numerical`] for a
+/// number of parameters other than one; those of the solver.
 pub fn least_gamma(plant: &GeneralisedPlant, options: SlowOptions) -> Result<Least, SynthesisError> {
     let ways = ways(plant, &place_of(plant), options)?;
-    // In ascending order, and not empty.
+    // The list is in ascending order, and not empty.
     ways.first().copied().ok_or_else(|| SynthesisError::numerical(STAGE, "nothing was tried"))
 }
 
-/// The least gamma for each choice of the varying matrices, ascending; at least one.
+/// Returns the least gamma for each choice of the varying matrices, ascending; at least one.
 fn ways(plant: &GeneralisedPlant, place: &Place, options: SlowOptions) -> Result<Vec<Least>, SynthesisError> {
     plant.check()?;
     check_stabilisable(plant)?;
     check_detectable(plant)?;
     if plant.blocks.len() != 1 {
-        let words = format!("the plant has {} parameters, a bounded rate requires one", plant.blocks.len());
-        return Err(SynthesisError::numerical(STAGE, words));
+        let diagnosis =
+            format!("the plant has {} parameters, a bounded rate requires one", plant.blocks.len());
+        return Err(SynthesisError::numerical(STAGE, diagnosis));
     }
     let (mut found, mut failure) = (vec![], None);
     for varying in [Varying::Both, Varying::X, Varying::Y] {
@@ -147,7 +148,7 @@ fn ways(plant: &GeneralisedPlant, place: &Place, options: SlowOptions) -> Result
 /// known bound is skipped.
 ///
 /// # Errors
-/// As [`least_gamma`]; also [`SynthesisError::Numerical`] if no fitted LFT keeps the controllers' gamma.
+/// Errors of [`least_gamma`]; also [`SynthesisError::Numerical`] if no fitted LFT keeps the controllers' gamma.
 pub fn synthesise(plant: &GeneralisedPlant, options: SlowOptions) -> Result<SlowDesign, SynthesisError> {
     let place = place_of(plant);
     let mut best: Option<SlowDesign> = None;
@@ -186,7 +187,7 @@ fn build(
     Ok(SlowDesign { controller, least, gamma_design, bound, fast })
 }
 
-/// The controllers at many parameter values, in coordinates in which the Lyapunov matrix of their states is the
+/// Returns the controllers at many parameter values, in coordinates in which the Lyapunov matrix of their states is the
 /// identity in the middle.
 fn family(
     plant: &GeneralisedPlant,
@@ -197,9 +198,9 @@ fn family(
     let each = frozen(plant, SAMPLES)?.into_iter().map(|(theta, frozen)| {
         let found = central(&frozen, &pair.x.evaluate(theta), &pair.y.evaluate(theta), varying);
         found.map(|found| (theta, found)).ok_or_else(|| {
-            let words =
+            let diagnosis =
                 format!("no controller in closed form at theta = {theta}: X, Y, D12 or D21 is singular");
-            SynthesisError::numerical(STAGE, words)
+            SynthesisError::numerical(STAGE, diagnosis)
         })
     });
     let found: Vec<(f64, Central)> = each.collect::<Result<_, _>>()?;
@@ -217,7 +218,7 @@ fn family(
     Ok(found.into_iter().map(|(theta, c)| (theta, in_coordinates(&c, &t, &t_inverse, &change))).collect())
 }
 
-/// The LFT with the fewest channels, fitted to a family of controllers, that keeps their gain up to [`LOSS`].
+/// Returns the LFT with the fewest channels, fitted to a family of controllers, that keeps their gain up to [`LOSS`].
 fn simplest(
     plant: &GeneralisedPlant,
     place: &Place,
@@ -262,8 +263,8 @@ fn simplest(
     })
 }
 
-/// Among controllers that keep a gamma at frozen values, a few from the fewest channels to the most: the first whose
-/// loop keeps it by a Lyapunov matrix computed for that loop, or the one with the least bound.
+/// Selects among controllers that keep a gamma at frozen values, tried from the fewest channels to the most: the first
+/// whose loop keeps it by a Lyapunov matrix computed for that loop, or the one with the least bound.
 fn by_loop_bounds(
     plant: &GeneralisedPlant,
     controllers: &[Controller],
@@ -291,7 +292,7 @@ fn by_loop_bounds(
     best
 }
 
-/// A polynomial fitted to the Lyapunov matrices of a family, or to their inverses, in the plant's coordinates.
+/// Fits a polynomial to the Lyapunov matrices of a family, or to their inverses, in the plant's coordinates.
 fn lyapunov_matrix(
     place: &Place,
     family: &[(f64, Central)],
@@ -305,7 +306,7 @@ fn lyapunov_matrix(
     Ok(fit.coefficients.iter().map(undone).collect())
 }
 
-/// A bound for any rate of the parameter, searched from the proof at the bounded rate.
+/// Returns a bound for any rate of the parameter, searched from the proof at the bounded rate.
 fn any_rate(closed: &ClosedLoop, slow: &SlowBound) -> Option<GainBound> {
     let r = closed.channels.len();
     let none = LoopError::none(closed);
@@ -335,7 +336,7 @@ fn any_rate(closed: &ClosedLoop, slow: &SlowBound) -> Option<GainBound> {
 /// The initial gain for any rate of the parameter, relative to that at the bounded rate.
 const FAST_GUESS: f64 = 1.5;
 
-/// An estimate of S: the gains to and from the channels of the loop at theta = 0, in the metric of its Lyapunov matrix.
+/// Estimates S: the gains to and from the channels of the loop at theta = 0, in the metric of its Lyapunov matrix.
 fn channel_sizes(closed: &ClosedLoop, x: &Mat) -> Mat {
     let (ct, bt) = (closed.ct(), closed.bt());
     let r = closed.channels.len();

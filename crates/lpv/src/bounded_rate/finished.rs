@@ -1,6 +1,6 @@
 //! The gain of a closed loop at a bounded rate, by Lyapunov matrices of increasing order.
 //!
-//! For each order the least gain at many values of theta is computed from the inequality of F. Wu, X. H. Yang, A.
+//! The least gain at many values of theta is computed for each order from the inequality of F. Wu, X. H. Yang, A.
 //! Packard, G. Becker, Int. J. Robust Nonlinear Control 6, 1996. At a gamma somewhat above it the same Lyapunov matrix,
 //! or one with a larger margin, is then verified between the values by multipliers on intervals
 //! ([`mod@crate::bounded_rate::intervals`]). The result holds on the whole range, not only at the values.
@@ -13,11 +13,11 @@ use crate::system::{ClosedLoop, LoopError, StateSpace};
 
 const STAGE: &str = "gain at a bounded rate";
 
-/// Orders of the Lyapunov matrix, tried in turn.
+/// Orders of the Lyapunov matrix, in the order tried.
 const ORDERS: [usize; 5] = [1, 2, 4, 6, 8];
 
 /// The relative decrease of the bound that a higher order must allow to be tried. The search stops only from order
-/// [`TELLING`] on: from 1 to 2 the bound may fall by little, and from 2 to 4 by much.
+/// [`TELLING`] on: from 1 to 2 the bound may decrease little, and from 2 to 4 much.
 const WORTH_MORE: f64 = 2e-3;
 const TELLING: usize = 4;
 
@@ -34,17 +34,17 @@ const STRIDE: usize = 32;
 /// The relative accuracy of the least gain at the values.
 const ACCURACY: f64 = 5e-4;
 
-/// The relative raise over the least gain at the values of the gain proved on the whole range, tried in turn.
+/// Relative increases of the gain proved on the whole range over the least at the values, in the order tried.
 const RAISES: [f64; 4] = [1e-3, 3e-3, 1e-2, 3e-2];
 
-/// A bound of the L2 gain of a loop with one parameter with `|theta'| <= rate`, in units of theta per unit of time.
+/// Returns a bound of the L2 gain of a loop with one parameter with `|theta'| <= rate` (theta per unit of time).
 ///
-/// The order of the Lyapunov matrix is raised from 1 to 8 as long as the bound falls by more than 0.2 % and the
-/// unknowns are not too many.
+/// The order of the Lyapunov matrix is raised from 1 to 8 as long as the bound decreases by more than 0.2 % and the
+/// number of unknowns allows it.
 ///
 /// # Errors
-/// [`RateError::Unstable`] if the loop is not stable at a constant theta; [`RateError::Inequality`] if no bound is
-/// found, with the failure of the last order.
+/// Returns [`RateError::Unstable`] if the loop is not stable at a constant theta; [`RateError::Inequality`] if no bound
+/// is found, with the failure of the last order.
 pub fn finished(closed: &ClosedLoop, rate: f64) -> Result<SlowBound, RateError> {
     let samples = closed.sampled(SAMPLES).map_err(|e| numerical(e.to_string()))?;
     let mut best: Option<SlowBound> = None;
@@ -66,11 +66,11 @@ pub fn finished(closed: &ClosedLoop, rate: f64) -> Result<SlowBound, RateError> 
     best.ok_or(failure)
 }
 
-fn numerical(words: String) -> RateError {
-    SynthesisError::numerical(STAGE, words).into()
+fn numerical(diagnosis: String) -> RateError {
+    SynthesisError::numerical(STAGE, diagnosis).into()
 }
 
-/// The orders tried for a loop with `states` states.
+/// Returns the orders tried for a loop with `states` states.
 fn orders(states: usize) -> impl Iterator<Item = usize> {
     let unknowns = move |order: usize| (order + 1) * states * (states + 1) / 2;
     let few = move |order: &usize| match *order {
@@ -93,7 +93,7 @@ impl Search<'_> {
         RateOptions { order: self.order, stride: STRIDE, accuracy: ACCURACY }
     }
 
-    /// A bound below `most` that also holds between the samples, close to the least at the samples.
+    /// Returns a bound below `most` that also holds between the samples, close to the least at the samples.
     fn between(self, least: &RateBound, most: f64) -> Option<SlowBound> {
         let raises = RAISES.iter().filter(|raise| (1.0 + **raise) * least.gamma < most);
         raises.into_iter().find_map(|raise| {

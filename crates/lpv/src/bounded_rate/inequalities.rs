@@ -5,7 +5,7 @@
 //! ```
 //!
 //! the same for the transposed plant with Y and -r Y', and `[X I; I Y] > 0`, for r = nu and r = -nu. X and Y, or one of
-//! them with the other constant, are polynomials in theta. Between the values nothing is shown: the closed loop is
+//! them with the other constant, are polynomials in theta. Nothing is proved between the values: the closed loop is
 //! analysed instead.
 
 use crate::analysis::bounded_real::{Multipliers, bounded_real_compact};
@@ -15,7 +15,7 @@ use crate::matrix::{Mat, symmetric_part};
 use crate::synthesis::inequalities::{coupling, unmeasured};
 use crate::system::{GeneralisedPlant, LoopError, MatrixPolynomial};
 
-/// Which of the two Lyapunov matrices depend on the parameter.
+/// The choice of the Lyapunov matrices that depend on the parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Varying {
     /// X, of the observer.
@@ -30,7 +30,7 @@ pub enum Varying {
 /// A plant at some values of its parameter, and the bound of the rate.
 #[derive(Debug, Clone)]
 pub(crate) struct Grid {
-    /// theta, and the plant frozen there.
+    /// The values of theta, and the plant frozen at each.
     pub(crate) points: Vec<(f64, GeneralisedPlant)>,
     /// nu, in the plant's unit of time.
     pub(crate) rate: f64,
@@ -101,7 +101,7 @@ impl Grid {
         }
     }
 
-    /// `[X cI; cI Y] > 0` at each point.
+    /// Adds `[X cI; cI Y] > 0` at each point.
     fn couple(&self, program: &mut Program, unknowns: &Unknowns, c: f64) {
         for (theta, _) in &self.points {
             let (x, y) = (affine_at(&unknowns.x, *theta), affine_at(&unknowns.y, *theta));
@@ -116,7 +116,7 @@ impl Grid {
         Pair { x: value(&unknowns.x), y: value(&unknowns.y) }
     }
 
-    /// The least gamma, to an accuracy relative to itself plus 1.
+    /// Returns the least gamma, to an accuracy relative to itself plus 1.
     pub(crate) fn least(&self, accuracy: f64) -> Result<f64, SynthesisError> {
         let mut program = Program::default();
         let unknowns = self.unknowns(&mut program);
@@ -132,8 +132,8 @@ impl Grid {
         Ok(gamma.value(&program, &solution.x)[(0, 0)])
     }
 
-    /// A well-centred point at a gamma above the least: X and Y are minimised, then, within ten times that size, the
-    /// separation of X and Y^-1 is maximised, then, with half of it kept, the margin.
+    /// Returns a well-centred point at a gamma above the least: X and Y are minimised; then, within ten times that
+    /// size, the separation of X and Y^-1 is maximised; then, with half of it kept, the margin.
     pub(crate) fn centre(&self, gamma: f64) -> Result<Pair, SynthesisError> {
         let level = Affine::number(gamma);
         let mut program = Program::default();
@@ -150,7 +150,7 @@ impl Grid {
         Ok(self.maximise(&level, &small, Some(kept)).map_or(separated, |(clear, _)| clear))
     }
 
-    /// Maximises the separation c in `[X cI; cI Y]`, or at a given one the margin.
+    /// Maximises the separation c in `[X cI; cI Y]`, or the margin at a given separation.
     fn maximise(
         &self,
         level: &Affine,
@@ -190,7 +190,7 @@ impl Grid {
     }
 }
 
-/// The bounded-real inequality of a frozen plant with its control eliminated, `drift` added to its first block.
+/// Returns the bounded-real inequality of a frozen plant, its control eliminated, `drift` added to its first block.
 fn projected(plant: &GeneralisedPlant, gamma: &Affine, x: &Affine, drift: &Affine) -> Affine {
     let open = plant.open();
     let (zero, none) = (Affine::zeros(1, 1), Affine::zeros(0, 0));

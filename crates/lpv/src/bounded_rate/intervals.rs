@@ -1,6 +1,6 @@
 //! Multipliers that prove the gain of a closed loop at a bounded rate, between all values of the parameter.
 //!
-//! On an interval of theta the form
+//! The form, on an interval of theta,
 //!
 //! ```text
 //! q(xi) = 2 x'X(theta) x' +- nu x' dX/dtheta x + z'z/gamma - gamma w'w + lambda (z_D'z_D - w_D'w_D)
@@ -26,11 +26,11 @@ pub struct SlowBound {
     pub gamma: f64,
     /// The multiplier of the model error; 0 if there is none.
     pub lambda: f64,
-    /// Whether the Lyapunov matrix is the inverse of X(theta), with the inequality of the transposed loop.
+    /// `true` if the Lyapunov matrix is the inverse of X(theta), with the inequality of the transposed loop.
     pub inverse: bool,
-    /// `X_0, X_1, ...`.
+    /// Coefficients `X_0, X_1, ...`.
     pub lyapunov: Vec<Mat>,
-    /// Ascending from -1 to 1.
+    /// Ends of the intervals, ascending from -1 to 1.
     pub breakpoints: Vec<f64>,
     /// N of each interval, channels x (states, channels, rows of Delta, inputs).
     pub multipliers: Vec<Mat>,
@@ -39,7 +39,7 @@ pub struct SlowBound {
 /// The shortest interval, relative to the whole range; if it does not suffice, the inequality of the frozen loop fails.
 const SHORTEST: f64 = 1.0 / 1024.0;
 
-/// Trial sizes of M, relative to one that balances the channels with the rest at the midpoint.
+/// Trial sizes of M, relative to one that balances the channels with the other terms at the midpoint.
 const SIZES: [f64; 6] = [0.3, 1.0, 0.1, 3.0, 0.03, 0.003];
 
 /// Trial numbers of digits of N, so that a certificate is short.
@@ -48,7 +48,7 @@ const DIGITS: [usize; 3] = [4, 6, 9];
 /// The number of values of theta at which the inequality of the frozen loop is checked first.
 const FROZEN: usize = 9;
 
-/// The eigenvalue, scaled to unit diagonals, below which a coefficient is taken as negative beyond rounding.
+/// The eigenvalue, scaled to unit diagonals, below which a coefficient is negative despite rounding.
 const CLEARLY_NEGATIVE: f64 = -1e-9;
 
 /// A claimed gain of a loop at a bounded rate, with a Lyapunov matrix.
@@ -56,13 +56,13 @@ const CLEARLY_NEGATIVE: f64 = -1e-9;
 pub struct Claim<'a> {
     /// A loop with one parameter.
     pub closed: &'a ClosedLoop,
-    /// Its model error.
+    /// The model error of the loop.
     pub error: &'a LoopError,
-    /// Whether the Lyapunov matrix is the inverse of X(theta), with the inequality of the transposed loop.
+    /// `true` if the Lyapunov matrix is the inverse of X(theta), with the inequality of the transposed loop.
     pub inverse: bool,
-    /// `X_0, X_1, ...` of `X(theta) = X_0 + theta X_1 + ...`.
+    /// Coefficients `X_0, X_1, ...` of `X(theta) = X_0 + theta X_1 + ...`.
     pub lyapunov: &'a [Mat],
-    /// nu.
+    /// nu, the bound on `|theta'|`.
     pub rate: f64,
     /// The gain.
     pub gamma: f64,
@@ -71,7 +71,7 @@ pub struct Claim<'a> {
 }
 
 /// Finds intervals and multipliers that prove a claim. `None` if an interval of 1/1024 of the range is too long: the
-/// claim is false, or too close to false for floating point.
+/// claim is false, or too nearly false for floating point.
 pub fn intervals(claim: Claim<'_>) -> Option<SlowBound> {
     let form = Form::new(claim)?;
     let step = 2.0 / (FROZEN - 1) as f64;
@@ -170,14 +170,14 @@ impl Form {
         })
     }
 
-    /// The form without N, for given X and `+-nu dX/dtheta`.
+    /// Returns the form without N, for given X and `+-nu dX/dtheta`.
     fn without_multiplier(&self, x: &Mat, drift: &Mat) -> Mat {
         let half = self.x.transpose() * x * &self.x_dot;
         &half + half.transpose() + self.x.transpose() * drift * &self.x + &self.constant
     }
 
-    /// The form at theta in coordinates `(x, w_D, w, v)`, `v = wt - theta zt`, with `+-nu dX/dtheta` for a given rate;
-    /// and the coordinates, `(x, w_D, w, v) = C xi`.
+    /// Returns the form at theta in coordinates `(x, w_D, w, v)`, `v = wt - theta zt`, with `+-nu dX/dtheta` for a
+    /// given rate; and the coordinates, `(x, w_D, w, v) = C xi`.
     fn at(&self, theta: f64, rate: f64) -> Option<(Mat, Mat)> {
         let coordinates = block(&[&[&self.rest], &[&(&self.wt - &self.zt * theta)]]);
         let t = coordinates.clone().try_inverse()?;
@@ -185,7 +185,7 @@ impl Form {
         Some((t.transpose() * form * &t, coordinates))
     }
 
-    /// Whether the inequality of the frozen loop, in which v = 0, holds at theta for both signs of the rate.
+    /// Returns `true` if the inequality of the frozen loop, in which v = 0, holds at theta for both signs of the rate.
     fn holds_at(&self, theta: f64) -> Option<bool> {
         let k = self.rest.nrows();
         let mut holds = true;
@@ -196,7 +196,7 @@ impl Form {
         Some(holds)
     }
 
-    /// N of an interval in the given coordinates, if there is one, with as few digits as suffice.
+    /// Returns N of an interval in the given coordinates, if there is one, with as few digits as suffice.
     fn multiplier(&self, from: f64, to: f64) -> Option<Mat> {
         let middle = 0.5 * (from + to);
         let r = self.wt.nrows();
@@ -219,7 +219,7 @@ impl Form {
         )
     }
 
-    /// The largest eigenvalue of the Bernstein coefficients, scaled to unit diagonals.
+    /// Returns the largest eigenvalue of the Bernstein coefficients, scaled to unit diagonals.
     fn worst(&self, from: f64, to: f64, n: &Mat) -> f64 {
         let count = self.lyapunov.coefficients.len();
         let degree = (count - 1).max(1);
@@ -238,14 +238,14 @@ impl Form {
     }
 }
 
-/// A number rounded to that many significant decimal digits.
+/// Rounds a number to that many significant decimal digits.
 fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
-/// M, the inverse of `W = G + k^2 D W D'`, where G is the path to zt through the rest and D that through the channels,
-/// so that a step of k through the channels does not grow in the metric M. k is 1.5, or less if the channels amplify
-/// more.
+/// Returns M, the inverse of `W = G + k^2 D W D'`, where G is the path to zt from all inputs but the channels and D
+/// that from the channels, so that a step of k through the channels does not grow in the metric M. k is 1.5, or less if
+/// the channels amplify more.
 fn weight(direct: Mat, channels: &Mat) -> Option<Mat> {
     let r = direct.nrows();
     let radius = eigenvalues(channels).iter().map(|v| v.norm()).fold(0.0, f64::max);
@@ -265,7 +265,7 @@ const LONGEST_STEP: f64 = 1.5;
 const MOST_DOUBLINGS: usize = 8;
 const NEGLIGIBLE_WEIGHT: f64 = 1e-9;
 
-/// The polar forms of `theta^k`, k = 0 .. degree, at `degree - i` times `from` and i times `to`.
+/// Returns the polar forms of `theta^k`, k = 0 .. degree, at `degree - i` times `from` and i times `to`.
 fn polar_powers(degree: usize, i: usize, from: f64, to: f64) -> Vec<f64> {
     let mut symmetric = vec![0.0; degree + 1];
     symmetric[0] = 1.0;

@@ -11,8 +11,8 @@ use crate::system::{ClosedLoop, LoopError};
 /// The number of parameter values at which loops are frozen.
 pub(crate) const SAMPLES: usize = 21;
 
-/// The least gain of a loop at values of the parameter, with its Lyapunov matrix. `None` if none was found, and for
-/// loops with more than [`MOST_STATES`] states.
+/// Returns the least gain of a loop at values of the parameter, with its Lyapunov matrix. `None` if none was found, and
+/// for loops with more than [`MOST_STATES`] states.
 fn loop_bound(closed: &ClosedLoop, rate: f64) -> Option<(f64, Vec<Mat>)> {
     let order = match closed.a().nrows() {
         0..=FEW_STATES => 2,
@@ -24,8 +24,8 @@ fn loop_bound(closed: &ClosedLoop, rate: f64) -> Option<(f64, Vec<Mat>)> {
     Some((found.gamma, found.proof.lyapunov.coefficients))
 }
 
-/// A bound of a loop below `most`: by a Lyapunov matrix computed for the loop, since that of the synthesis has other
-/// objectives, or by that for any rate of the parameter.
+/// Returns a bound of a loop below `most`: by a Lyapunov matrix computed for the loop, since that of the synthesis has
+/// other objectives, or by that for any rate of the parameter.
 pub(crate) fn tightened(
     closed: &ClosedLoop,
     rate: f64,
@@ -42,17 +42,17 @@ pub(crate) fn tightened(
     })
 }
 
-/// The search for a loop's Lyapunov matrix takes a second at 12 states and a minute at 30: with more than a few states
-/// it is affine in the parameter, and with still more it is left out.
+/// Limits for the search for a loop's Lyapunov matrix, which takes a second at 12 states and a minute at 30: with more
+/// states it is affine in the parameter, and with still more it is left out.
 const FEW_STATES: usize = 20;
 const MOST_STATES: usize = 40;
 
-/// The relative accuracy of the least gain, and the relative raise of the claimed gain over it, so that the inequality
-/// holds with a margin.
+/// The relative accuracy of the least gain, and the relative increase of the claimed gain over it, so that the
+/// inequality holds with a margin.
 const TIGHTENED: f64 = 0.01;
 
-/// A bound of a loop with model error, somewhat above a gamma that it has without; `lambda` is an estimate of the
-/// error's multiplier. `None` if none was found.
+/// Returns a bound of a loop with model error, somewhat above a gamma that it has without; `lambda` is an estimate of
+/// the error's multiplier. `None` if none was found.
 ///
 /// The error is made part of w and z: let g be the gain of the loop from `[w; sqrt(lambda/gamma) w_D]` to
 /// `[z; sqrt(lambda gamma) z_D]`. If g is at most gamma, g bounds the loop with model error, with `lambda g/gamma`.

@@ -4,11 +4,12 @@ use crate::error::SystemError;
 use crate::matrix::Mat;
 use crate::system::{CONTROLLER, Controller, Lft, MatrixPolynomial, Partitioned, Sizes};
 
-/// The LFT of a polynomial fitted to samples `(theta, [A B; C D])` by least squares; singular values up to `tolerance`
-/// times the largest are dropped, and with them channels. `sizes` are the numbers of states, measurements and controls.
+/// Returns the LFT of a polynomial fitted to samples `(theta, [A B; C D])` by least squares; singular values up to
+/// `tolerance` times the largest are dropped, and with them channels. `sizes` are the numbers of states, measurements
+/// and controls.
 ///
 /// # Errors
-/// [`SystemError`] for fewer samples than the order needs.
+/// Returns [`SystemError`] for fewer samples than the order needs.
 pub(crate) fn through(
     samples: &[(f64, Mat)],
     sizes: Sizes,

@@ -23,34 +23,34 @@ pub struct Affine {
 }
 
 impl Affine {
-    /// A constant expression.
+    /// Returns a constant expression.
     pub fn constant(m: Mat) -> Self {
         Self { constant: m, terms: vec![] }
     }
 
-    /// A constant 1 x 1 expression.
+    /// Returns a constant 1 x 1 expression.
     pub fn number(value: f64) -> Self {
         Self::constant(Mat::from_element(1, 1, value))
     }
 
-    /// `sum_k weight(k) family[k]` of square expressions of one size; terms of weight 0 are left out.
+    /// Returns `sum_k weight(k) family[k]` of square expressions of one size; terms of weight 0 are left out.
     pub(crate) fn weighted(family: &[Self], weight: impl Fn(usize) -> f64) -> Self {
         let n = family.first().map_or(0, |m| m.shape().0);
         let terms = family.iter().enumerate().map(|(k, m)| (weight(k), m));
         terms.filter(|(w, _)| *w != 0.0).fold(Self::zeros(n, n), |sum, (w, m)| sum + m.scaled(w))
     }
 
-    /// The zero expression of a given shape.
+    /// Returns the zero expression of a given shape.
     pub fn zeros(rows: usize, cols: usize) -> Self {
         Self::constant(Mat::zeros(rows, cols))
     }
 
-    /// Rows and columns.
+    /// Returns rows and columns.
     pub fn shape(&self) -> (usize, usize) {
         self.constant.shape()
     }
 
-    /// `left E right` for constant matrices. Shapes: E is p x q, `left` a x p, `right` q x b.
+    /// Returns `left E right` for constant matrices. Shapes: E is p x q, `left` a x p, `right` q x b.
     pub fn between(&self, left: &Mat, right: &Mat) -> Self {
         Self {
             constant: left * &self.constant * right,
@@ -62,17 +62,17 @@ impl Affine {
         }
     }
 
-    /// `left E`. Shapes: E is p x q, `left` a x p.
+    /// Returns `left E`. Shapes: E is p x q, `left` a x p.
     pub fn after(&self, left: &Mat) -> Self {
         self.between(left, &Mat::identity(self.shape().1, self.shape().1))
     }
 
-    /// `E right`. Shapes: E is p x q, `right` q x b.
+    /// Returns `E right`. Shapes: E is p x q, `right` q x b.
     pub fn times(&self, right: &Mat) -> Self {
         self.between(&Mat::identity(self.shape().0, self.shape().0), right)
     }
 
-    /// The transpose.
+    /// Returns the transpose.
     pub fn t(&self) -> Self {
         Self {
             constant: self.constant.transpose(),
@@ -89,12 +89,12 @@ impl Affine {
         }
     }
 
-    /// `N' E N`, a congruence. Shapes: E is p x p, N p x q.
+    /// Returns `N' E N`, a congruence. Shapes: E is p x p, N p x q.
     pub fn congruence(&self, n: &Mat) -> Self {
         self.between(&n.transpose(), n)
     }
 
-    /// `factor E`.
+    /// Returns `factor E`.
     pub fn scaled(&self, factor: f64) -> Self {
         Self {
             constant: &self.constant * factor,
@@ -102,7 +102,7 @@ impl Affine {
         }
     }
 
-    /// For a 1 x 1 expression e: `e I_n`. n x n.
+    /// Returns `e I_n` for a 1 x 1 expression e. n x n.
     pub fn times_identity(&self, n: usize) -> Self {
         let mut out = Self::zeros(n, n);
         for i in 0..n {
@@ -142,7 +142,7 @@ impl std::ops::Neg for Affine {
     }
 }
 
-/// The symmetric block matrix with these upper blocks: row i holds the blocks (i, i), (i, i+1), ...
+/// Returns the symmetric block matrix with these upper blocks: row i holds the blocks (i, i), (i, i+1), ...
 ///
 /// Diagonal blocks must be symmetric expressions.
 pub fn symmetric(upper: &[Vec<Affine>]) -> Affine {

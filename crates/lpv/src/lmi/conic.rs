@@ -1,4 +1,4 @@
-//! The general conic solver. Clarabel is used here and in `structured::quadratic_program` alone.
+//! The general conic solver. Clarabel is used only here and in `structured::quadratic_program`.
 //!
 //! P. J. Goulart, Y. Chen, "Clarabel: an interior-point solver for conic programs with quadratic objectives",
 //! arXiv:2405.12762, 2024.
@@ -28,7 +28,7 @@ pub(crate) struct ConicProgram {
 pub(crate) enum Verdict {
     /// A point reported as optimal.
     Solved(Vec<f64>),
-    /// A point without a claim.
+    /// A point at which the solver stopped without a claim of optimality.
     Stopped(Vec<f64>),
     /// No point satisfies the inequalities; the certificate was verified.
     Infeasible,
@@ -57,7 +57,7 @@ impl ConicProgram {
     /// Runs the solver with one of [`WAYS`].
     ///
     /// # Errors
-    /// [`SynthesisError::Numerical`] if it returns no point.
+    /// Returns [`SynthesisError::Numerical`] if it returns no point.
     pub(crate) fn run(&self, way: &Way, stage: &'static str) -> Result<Verdict, SynthesisError> {
         let unknowns = self.objective.len();
         let settings = DefaultSettingsBuilder::default()
@@ -76,7 +76,7 @@ impl ConicProgram {
             DefaultSolver::new(&quadratic, &self.objective, &self.a, &self.rhs, &self.cones, settings)
                 .map_err(|e| SynthesisError::numerical(stage, e.to_string()))?;
         solver.set_termination_callback(|_| stop::is_requested());
-        // clarabel panics if a decomposition of one of its scalings does not converge.
+        // Clarabel panics if a decomposition of one of its scalings does not converge.
         if catch_unwind(AssertUnwindSafe(|| solver.solve())).is_err() {
             return Err(SynthesisError::numerical(
                 stage,
@@ -108,8 +108,9 @@ impl ConicProgram {
         }
     }
 
-    /// Whether z proves that no point of reasonable size satisfies the inequalities. With z moved into the cones,
-    /// `0 <= z'(b - A x) = z'b - (A'z)'x` requires an x whose absolute entries sum to at least `-z'b / max |A'z|`.
+    /// Returns `true` if z proves that no point of reasonable size satisfies the inequalities. With z moved into the
+    /// cones, `0 <= z'(b - A x) = z'b - (A'z)'x` requires an x whose absolute entries sum to at least
+    /// `-z'b / max |A'z|`.
     fn refutes(&self, z: &[f64]) -> bool {
         let mut z = z.to_vec();
         let mut top = 0;
@@ -135,22 +136,22 @@ impl ConicProgram {
 /// values sum to more than this, in coordinates in which the plant is balanced.
 const SENSIBLE_SIZE: f64 = 1e4;
 
-/// One setting of the solver.
+/// Settings of the solver.
 pub(crate) struct Way {
-    /// clarabel's name of the factorisation.
+    /// Clarabel's name of the factorisation.
     factorisation: &'static str,
-    /// Whether clarabel rescales the program first.
+    /// `true` if clarabel rescales the program first.
     equilibrate: bool,
 }
 
-/// Tried in this order until one solves the program: each gets stuck on programs that another solves.
+/// Settings in the order in which they are tried: each fails on programs that another solves.
 pub(crate) const WAYS: [Way; 3] = [
     Way { factorisation: "faer", equilibrate: true },
     Way { factorisation: "faer", equilibrate: false },
     Way { factorisation: "qdldl", equilibrate: true },
 ];
 
-/// The upper triangle by columns with off-diagonal entries times sqrt(2), the format of clarabel's cone.
+/// Returns the upper triangle by columns with off-diagonal entries times sqrt(2), the format of clarabel's cone.
 fn triangle(m: &Mat) -> impl Iterator<Item = f64> + '_ {
     (0..m.ncols()).flat_map(move |j| {
         (0..=j).map(move |i| if i == j { m[(i, j)] } else { std::f64::consts::SQRT_2 * m[(i, j)] })
@@ -158,16 +159,16 @@ fn triangle(m: &Mat) -> impl Iterator<Item = f64> + '_ {
 }
 
 fn sparse(columns: &[Vec<(usize, f64)>], rows: usize) -> CscMatrix<f64> {
-    let (mut starts, mut places, mut values) = (vec![0], Vec::new(), Vec::new());
+    let (mut starts, mut row_indices, mut values) = (vec![0], Vec::new(), Vec::new());
     for column in columns {
-        places.extend(column.iter().map(|(i, _)| *i));
+        row_indices.extend(column.iter().map(|(i, _)| *i));
         values.extend(column.iter().map(|(_, v)| *v));
-        starts.push(places.len());
+        starts.push(row_indices.len());
     }
-    CscMatrix::new(rows, columns.len(), starts, places, values)
+    CscMatrix::new(rows, columns.len(), starts, row_indices, values)
 }
 
-/// The symmetric n x n matrix from the format of [`triangle`].
+/// Returns the symmetric n x n matrix from the format of [`triangle`].
 fn full(triangle: &[f64], n: usize) -> Mat {
     Mat::from_fn(n, n, |i, j| {
         let (i, j) = (i.min(j), i.max(j));

@@ -5,10 +5,10 @@
 //! maximise -tr(F_0 X)   subject to  tr(F_i X) = c_i,  X >= 0
 //! ```
 //!
-//! Each step solves the Newton equations of `X Z = mu I` for dx only, one equation per unknown whatever the size of the
-//! matrices: `sum_j tr(F_i X F_j Z^-1) dx_j = tr(F_i (mu Z^-1 - X R Z^-1)) - c_i` with `R = F(x) - Z`. With [`LowRank`]
-//! data an entry of that matrix costs a few multiplications. A general conic solver instead factorises a matrix with
-//! one row per entry of each inequality.
+//! Each step solves the Newton equations of `X Z = mu I` for dx only, one equation per unknown regardless of the size
+//! of the matrices: `sum_j tr(F_i X F_j Z^-1) dx_j = tr(F_i (mu Z^-1 - X R Z^-1)) - c_i` with `R = F(x) - Z`. With
+//! [`LowRank`] data an entry of that matrix costs a few multiplications. A general conic solver instead factorises a
+//! matrix with one row per entry of each inequality.
 //!
 //! Direction: C. Helmberg, F. Rendl, R. J. Vanderbei, H. Wolkowicz, SIAM J. Optimization 6(2), 1996, and M. Kojima,
 //! S. Shindoh, S. Hara, 7(1), 1997; predictor and corrector: S. Mehrotra, SIAM J. Optimization 2(4), 1992; starting
@@ -55,11 +55,11 @@ const SETTLED_STEPS: usize = 3;
 const FIRST_LEVEL: f64 = 0.01;
 const LEAST_SLACK: f64 = 1e-3;
 
-/// If that level was too low, the residual of the slacks decreases no faster than the slacks, and the inequalities are
-/// never satisfied: the level is raised by this factor once it reaches the tolerance.
+/// Factor by which the level is raised once it reaches the tolerance: if it was too low, the residual of the slacks
+/// decreases no faster than the slacks, and the inequalities are never satisfied.
 const LEVEL_RAISE: f64 = 10.0;
 
-/// A step shorter than this means that the method is stuck.
+/// Step length below which the method is taken as stuck.
 const SHORTEST_STEP: f64 = 1e-4;
 
 /// Minimises `objective` with the options `search`. `None` if no strictly feasible point is found.
@@ -141,7 +141,7 @@ struct State<'a> {
     cones: Vec<Cone<'a>>,
     objective: &'a [f64],
     x: Vec<f64>,
-    /// Whether every slack equals the value of its inequality.
+    /// `true` if every slack equals the value of its inequality.
     feasible: bool,
 }
 
@@ -198,12 +198,12 @@ impl<'a> State<'a> {
         self.cones.iter().map(|c| c.data.size()).sum::<usize>() as f64
     }
 
-    /// `tr(X Z)` over the number of rows.
+    /// Returns `tr(X Z)` over the number of rows.
     fn mu(&self) -> f64 {
         self.cones.iter().map(|c| c.x.dot(&c.z)).sum::<f64>() / self.rows()
     }
 
-    /// The objective at the current point.
+    /// Returns the objective at the current point.
     fn value(&self) -> f64 {
         self.x.iter().zip(self.objective).map(|(x, c)| x * c).sum()
     }
@@ -218,7 +218,7 @@ mod tests {
     use crate::system::StateSpace;
     use proptest::prelude::*;
 
-    /// The bounded-real lemma of a system, and its unknowns X and gamma.
+    /// Returns the bounded-real lemma of a system, and its unknowns X and gamma.
     fn bounded_real(s: &StateSpace) -> (Program, Affine, Affine) {
         let mut program = Program::default();
         let x = program.symmetric(s.a.nrows());
@@ -239,7 +239,7 @@ mod tests {
         program.inequalities.iter().map(|i| LowRank::new(program, &i.expression)).collect()
     }
 
-    /// A stable system: its slowest mode is at least 0.3 from the axis.
+    /// Returns a stable system: its slowest mode is at least 0.3 from the axis.
     fn stable() -> impl Strategy<Value = StateSpace> {
         (1usize..6, 1usize..3, 1usize..3).prop_flat_map(|(n, m, p)| {
             let matrix = |r: usize, c: usize| {
@@ -275,10 +275,10 @@ mod tests {
             prop_assert!((-rounding..again.gap * (1.0 + norm) + rounding).contains(&above(&again)));
         }
 
-        /// If an unstable mode is visible and gamma is limited, no point exists, and none is reported. (The general
+        /// No point exists, and none is reported, if an unstable mode is observable and gamma is limited. (The general
         /// solver proves this in all but one in some thousand cases.)
         #[test]
-        fn an_unstable_system_has_none(system in stable()) {
+        fn no_point_is_reported_for_an_unstable_system(system in stable()) {
             let n = system.a.nrows();
             let unit = Mat::identity(n, n);
             let (b, c, d) = (unit.clone(), unit.clone(), Mat::zeros(n, n));

@@ -1,7 +1,7 @@
 //! Matrix inequalities as sums of rank-two matrices.
 //!
-//! In `F(x) = F_0 + sum x_i F_i` of control, each F_i comes from an entry of a matrix unknown V in a term `L V R`: it
-//! is `sum c (l r' + r l')` with few columns l of L' and r of R'. In this form a product like `tr(F_i M F_j N)` takes a
+//! In control problems each F_i of `F(x) = F_0 + sum x_i F_i` comes from an entry of a matrix unknown V in a term `L V
+//! R`: it is `sum c (l r' + r l')` with few columns l of L' and r of R'. A product like `tr(F_i M F_j N)` then takes a
 //! few entries of `W'MW` and `W'NW`, where W has all these columns, instead of products of matrices.
 //!
 //! Sources: A. Nemirovskii, P. Gahinet, "The projective method for solving linear matrix inequalities", Math.
@@ -39,17 +39,17 @@ pub(crate) struct LowRank {
     /// The first index of each unknown's pairs in `pairs`, and the end.
     starts: Vec<u32>,
     pairs: Vec<Pair>,
-    /// How the traces of the Schur complement are computed.
+    /// The computation of the traces of the Schur complement.
     traces: Arc<Traces>,
-    /// For each row of `J v`, the row of v and the sign; empty for a real matrix.
-    turn: Vec<(usize, f64)>,
+    /// The row of v and the sign for each row of `J v`; empty for a real matrix.
+    rotation: Vec<(usize, f64)>,
 }
 
 /// `W'MW`, and `(JW)'MW` for a Hermitian matrix.
 #[derive(Debug, Clone)]
 pub(crate) struct Projected {
     plain: Mat,
-    turned: Option<Mat>,
+    rotated: Option<Mat>,
 }
 
 impl LowRank {
@@ -92,7 +92,7 @@ impl LowRank {
             starts: vec![0],
             pairs: vec![],
             traces: Arc::default(),
-            turn: vec![],
+            rotation: vec![],
         };
         let empty = |at: u32| out.columns.column(at as usize).amax() == 0.0;
         for (unknown, pairs) in by_unknown {
@@ -105,43 +105,43 @@ impl LowRank {
             }
         }
         let of_unknowns = (0..out.unknowns.len())
-            .flat_map(|place| out.pairs_of(place).iter().map(move |p| (place as u32, p.a, p.b)));
+            .flat_map(|position| out.pairs_of(position).iter().map(move |p| (position as u32, p.a, p.b)));
         out.traces = Arc::new(Traces::new(terms_at, &of_unknowns.collect::<Vec<_>>()));
         out
     }
 
-    /// The Hermitian inequality `constant + sum x_i (G_i + J G_i J')` with the G_i of `half`.
-    pub(crate) fn hermitian(half: Self, constant: &Mat, turn: Vec<(usize, f64)>) -> Self {
-        debug_assert_eq!((half.size(), half.size()), (turn.len(), constant.nrows()));
-        Self { constant: symmetric_part(constant), turn, ..half }
+    /// Returns the Hermitian inequality `constant + sum x_i (G_i + J G_i J')` with the G_i of `half`.
+    pub(crate) fn hermitian(half: Self, constant: &Mat, rotation: Vec<(usize, f64)>) -> Self {
+        debug_assert_eq!((half.size(), half.size()), (rotation.len(), constant.nrows()));
+        Self { constant: symmetric_part(constant), rotation, ..half }
     }
 
-    /// The inequality `constant + sum x_i F_i` with the F_i of `linear`.
+    /// Returns the inequality `constant + sum x_i F_i` with the F_i of `linear`.
     pub(crate) fn real(linear: Self, constant: &Mat) -> Self {
         Self { constant: symmetric_part(constant), ..linear }
     }
 
-    /// The multiplicity of a sum over the stored pairs: 2 for a Hermitian matrix, else 1.
+    /// Returns the multiplicity of a sum over the stored pairs: 2 for a Hermitian matrix, else 1.
     fn times(&self) -> f64 {
-        if self.turn.is_empty() { 1.0 } else { 2.0 }
+        if self.rotation.is_empty() { 1.0 } else { 2.0 }
     }
 
-    /// `J m`.
-    fn turned(&self, m: &Mat) -> Mat {
-        Mat::from_fn(m.nrows(), m.ncols(), |i, j| self.turn[i].1 * m[(self.turn[i].0, j)])
+    /// Returns `J m`.
+    fn rotated(&self, m: &Mat) -> Mat {
+        Mat::from_fn(m.nrows(), m.ncols(), |i, j| self.rotation[i].1 * m[(self.rotation[i].0, j)])
     }
 
-    /// The number of rows.
+    /// Returns the number of rows.
     pub(crate) fn size(&self) -> usize {
         self.constant.nrows()
     }
 
-    /// F_0.
+    /// Returns F_0.
     pub(crate) fn constant(&self) -> &Mat {
         &self.constant
     }
 
-    /// The inequality after a congruence with a diagonal matrix that divides each row by its size to the power
+    /// Returns the inequality after a congruence with a diagonal matrix that divides each row by its size to the power
     /// `evenness`.
     pub(crate) fn with_even_rows(&self, evenness: f64) -> Self {
         let mut out = self.clone();
@@ -161,21 +161,24 @@ impl LowRank {
 
     fn factors(&self, evenness: f64) -> Vec<f64> {
         let squares: Vec<f64> = self.columns.row_iter().map(|row| row.norm_squared()).collect();
-        let turned = |i: usize| self.turn.get(i).map_or(0.0, |(from, _)| squares[*from]);
-        let norms = (0..squares.len()).map(|i| (squares[i] + turned(i)).sqrt());
+        let rotated = |i: usize| self.rotation.get(i).map_or(0.0, |(from, _)| squares[*from]);
+        let norms = (0..squares.len()).map(|i| (squares[i] + rotated(i)).sqrt());
         norms.map(|norm| if norm > 0.0 { norm.powf(-evenness) } else { 1.0 }).collect()
     }
 
     fn each(&self) -> impl Iterator<Item = (usize, &[Pair])> {
-        self.unknowns.iter().enumerate().map(|(place, unknown)| (*unknown as usize, self.pairs_of(place)))
+        self.unknowns
+            .iter()
+            .enumerate()
+            .map(|(position, unknown)| (*unknown as usize, self.pairs_of(position)))
     }
 
-    /// The pairs of the unknown at position `place` of `unknowns`.
-    fn pairs_of(&self, place: usize) -> &[Pair] {
-        &self.pairs[self.starts[place] as usize..self.starts[place + 1] as usize]
+    /// Returns the pairs of the unknown at index `position` of `unknowns`.
+    fn pairs_of(&self, position: usize) -> &[Pair] {
+        &self.pairs[self.starts[position] as usize..self.starts[position + 1] as usize]
     }
 
-    /// The Frobenius norms of the first `unknowns` F_i.
+    /// Returns the Frobenius norms of the first `unknowns` F_i.
     pub(crate) fn norms(&self, unknowns: usize) -> Vec<f64> {
         let gram = self.projected(&Mat::identity(self.size(), self.size()));
         let mut out = vec![0.0; unknowns];
@@ -187,7 +190,7 @@ impl LowRank {
         out
     }
 
-    /// `sum x_i F_i`.
+    /// Returns `sum x_i F_i`.
     pub(crate) fn linear(&self, x: &[f64]) -> Mat {
         // F = W B' + B W' with `B = W C'`, in which column b is the sum of `c x w_a`.
         let mut half = Mat::zeros(self.columns.nrows(), self.columns.ncols());
@@ -202,19 +205,19 @@ impl LowRank {
         }
         let product = half * self.columns.transpose();
         let sum = product.transpose() + product;
-        if self.turn.is_empty() {
+        if self.rotation.is_empty() {
             return sum;
         }
         // J M J' = (J (J M)')' for a symmetric M.
-        let turned = self.turned(&self.turned(&sum).transpose());
-        sum + turned
+        let rotated = self.rotated(&self.rotated(&sum).transpose());
+        sum + rotated
     }
 
-    /// `W' M W` of a symmetric M.
+    /// Returns `W' M W` of a symmetric M.
     pub(crate) fn projected(&self, m: &Mat) -> Projected {
         let image = m * &self.columns;
-        let turned = (!self.turn.is_empty()).then(|| self.turned(&self.columns).transpose() * &image);
-        Projected { plain: self.columns.transpose() * image, turned }
+        let rotated = (!self.rotation.is_empty()).then(|| self.rotated(&self.columns).transpose() * &image);
+        Projected { plain: self.columns.transpose() * image, rotated }
     }
 
     /// Adds `factor tr(F_i M)` to `out[i]` for each i, M symmetric.
@@ -227,7 +230,7 @@ impl LowRank {
         }
     }
 
-    /// An estimate of the rounding in `tr(F(x) M)`, summed term by term.
+    /// Returns an estimate of the rounding in `tr(F(x) M)`, summed term by term.
     pub(crate) fn rounding(&self, m: &Mat, x: &[f64]) -> f64 {
         let constant: f64 = self.constant.iter().zip(m.iter()).map(|(f, m)| (f * m).abs()).sum();
         let columns = self.columns.abs();
@@ -245,19 +248,19 @@ impl LowRank {
         let rows = out.nrows().max(1);
         let columns = out.as_mut_slice().par_chunks_mut(rows).enumerate().with_min_len(LEAST_COLUMNS);
         columns.for_each_init(Scratch::default, |scratch, (j, target)| {
-            let Ok(place) = self.unknowns.binary_search(&(j as u32)) else { return };
-            let turned = m.turned.as_ref().zip(n.turned.as_ref());
-            let products: Vec<_> = std::iter::once((&m.plain, &n.plain)).chain(turned).collect();
+            let Ok(position) = self.unknowns.binary_search(&(j as u32)) else { return };
+            let rotated = m.rotated.as_ref().zip(n.rotated.as_ref());
+            let products: Vec<_> = std::iter::once((&m.plain, &n.plain)).chain(rotated).collect();
             let of = |p: &Pair| {
                 let (factor, columns) = (self.times() * p.coefficient, (p.a, p.b));
                 products.iter().map(move |(m, n)| Factor::new(factor, m, n, columns)).collect::<Vec<_>>()
             };
-            let factors: Vec<Factor<'_>> = self.pairs_of(place).iter().flat_map(of).collect();
-            self.traces.fill(place, &factors, scratch);
+            let factors: Vec<Factor<'_>> = self.pairs_of(position).iter().flat_map(of).collect();
+            self.traces.fill(position, &factors, scratch);
             let traces = &scratch.traces;
-            for (inner, unknown) in self.unknowns.iter().enumerate().skip(place) {
+            for (inner, unknown) in self.unknowns.iter().enumerate().skip(position) {
                 let range = self.starts[inner] as usize..self.starts[inner + 1] as usize;
-                let each = self.pairs[range.clone()].iter().zip(self.traces.places(range));
+                let each = self.pairs[range.clone()].iter().zip(self.traces.positions(range));
                 target[*unknown as usize] +=
                     each.map(|(s, at)| s.coefficient * traces[*at as usize]).sum::<f64>();
             }
@@ -266,10 +269,10 @@ impl LowRank {
 }
 
 impl Projected {
-    /// `tr(G M F M)` of two pairs.
+    /// Returns `tr(G M F M)` of two pairs.
     fn trace(&self, p: &Pair, s: &Pair) -> f64 {
         let of = |m: &Mat| Factor::new(1.0, m, m, (p.a, p.b)).trace((s.a, s.b));
-        of(&self.plain) + self.turned.as_ref().map_or(0.0, of)
+        of(&self.plain) + self.rotated.as_ref().map_or(0.0, of)
     }
 }
 
@@ -282,7 +285,7 @@ mod tests {
 
     /// The products of a Hermitian inequality are those of the equivalent real one.
     #[test]
-    fn a_hermitian_inequality_is_the_real_one() {
+    fn products_of_a_hermitian_inequality_equal_the_real_ones() {
         let mut p = Program::default();
         let (s, t) = (p.symmetric_commuting(&[0, 0, 1]), p.skew_commuting(&[0, 0, 1]));
         let re = dmatrix![1.0, 2.0; -1.0, 0.5; 0.0, 1.0];
@@ -292,17 +295,17 @@ mod tests {
             let skew = t.between(&(u * 2.0).transpose(), &(u.map(|v| v * v)));
             s.congruence(u) + skew.t() + skew
         };
-        // The squares of the second half are not the first half turned: use its own product.
+        // The squares of the second half are not J times those of the first: use its own product.
         let square = halves[0].map(|v| v * v);
-        let turn: Vec<(usize, f64)> = vec![(2, -1.0), (3, -1.0), (0, 1.0), (1, 1.0)];
-        let turned = |m: &Mat| Mat::from_fn(4, 3, |i, j| turn[i].1 * m[(turn[i].0, j)]);
-        let (other, other_square) = (turned(&halves[0].transpose()), turned(&square.transpose()));
+        let rotation: Vec<(usize, f64)> = vec![(2, -1.0), (3, -1.0), (0, 1.0), (1, 1.0)];
+        let rotated = |m: &Mat| Mat::from_fn(4, 3, |i, j| rotation[i].1 * m[(rotation[i].0, j)]);
+        let (other, other_square) = (rotated(&halves[0].transpose()), rotated(&square.transpose()));
         assert_eq!(other, halves[1].transpose());
         let skew = t.between(&(&other * 2.0), &other_square.transpose());
         let full = of(&halves[0]) + s.congruence(&halves[1]) + skew.t() + skew;
         let (half, real) = (LowRank::new(&p, &of(&halves[0])), LowRank::new(&p, &full));
         let constant = halves.iter().fold(Mat::zeros(4, 4), |sum, u| sum + u.transpose() * u);
-        let data = LowRank::hermitian(half, &constant, turn.clone());
+        let data = LowRank::hermitian(half, &constant, rotation.clone());
         let hermitian = |k: usize| {
             let m = Mat::from_fn(2, 2, |i, j| ((1 + i + 8 * j + k) as f64).sin());
             let skew = dmatrix![0.0, 1.0; -1.0, 0.0] * (k as f64).cos();

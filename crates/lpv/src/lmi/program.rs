@@ -18,7 +18,7 @@ pub struct Variable {
 }
 
 impl Affine {
-    /// The value at `x`, the unknowns of `program`.
+    /// Returns the value at `x`, the unknowns of `program`.
     pub fn value(&self, program: &Program, x: &[f64]) -> Mat {
         let mut out = self.constant.clone();
         for t in &self.terms {
@@ -30,7 +30,7 @@ impl Affine {
 }
 
 impl Variable {
-    /// The variable's value at the unknowns `x`.
+    /// Returns the variable's value at the unknowns `x`.
     pub fn value(&self, x: &[f64]) -> Mat {
         let mut out = Mat::zeros(self.rows, self.cols);
         for (k, entries) in self.basis.iter().enumerate() {
@@ -59,7 +59,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// The number of scalar unknowns.
+    /// Returns the number of scalar unknowns.
     pub fn unknowns(&self) -> usize {
         self.unknowns
     }
@@ -86,18 +86,18 @@ impl Program {
         }
     }
 
-    /// A scalar unknown, as a 1 x 1 expression.
+    /// Adds a scalar unknown and returns it as a 1 x 1 expression.
     pub fn scalar(&mut self) -> Affine {
         self.add(1, 1, Some(1.0), vec![vec![(0, 0, 1.0)]])
     }
 
-    /// A symmetric n x n unknown.
+    /// Adds a symmetric n x n unknown.
     pub fn symmetric(&mut self, n: usize) -> Affine {
         self.symmetric_commuting(&vec![0; n])
     }
 
-    /// A symmetric unknown that commutes with `Theta = diag(theta[channels[i]])`: entry (i, j) is free where
-    /// the channels i and j carry the same parameter, and zero elsewhere.
+    /// Adds a symmetric unknown that commutes with `Theta = diag(theta[channels[i]])`: entry (i, j) is free if the
+    /// channels i and j have the same parameter, and zero otherwise.
     pub fn symmetric_commuting(&mut self, channels: &[usize]) -> Affine {
         let n = channels.len();
         let basis = pairs(channels, 0)
@@ -106,14 +106,14 @@ impl Program {
         self.add(n, n, Some(1.0), basis)
     }
 
-    /// A skew-symmetric unknown that commutes with Theta, as [`Program::symmetric_commuting`].
+    /// Adds a skew-symmetric unknown that commutes with Theta, as [`Program::symmetric_commuting`].
     pub fn skew_commuting(&mut self, channels: &[usize]) -> Affine {
         let n = channels.len();
         let basis = pairs(channels, 1).map(|(i, j)| vec![(i, j, 1.0), (j, i, -1.0)]).collect();
         self.add(n, n, Some(-1.0), basis)
     }
 
-    /// A full unknown.
+    /// Adds a full unknown.
     pub fn full(&mut self, rows: usize, cols: usize) -> Affine {
         let basis = (0..cols).flat_map(|j| (0..rows).map(move |i| vec![(i, j, 1.0)])).collect();
         self.add(rows, cols, None, basis)
@@ -131,7 +131,7 @@ impl Program {
         self.positive(name, -expression);
     }
 
-    /// Turns `E > 0` of the inequalities named `name` into `E > by I`, for a 1 x 1 expression `by`. Shapes: E square,
+    /// Replaces `E > 0` by `E > by I` in the inequalities named `name`, for a 1 x 1 expression `by`. Shapes: E square,
     /// of any size.
     pub fn tighten(&mut self, name: &'static str, by: &Affine) {
         for inequality in self.inequalities.iter_mut().filter(|i| i.name == name) {
@@ -163,8 +163,8 @@ impl Program {
         }
     }
 
-    /// The symmetric part of an expression without its constant, as the symmetric part of a sum of `L V R`: terms of
-    /// one variable with the same L or the same R are merged.
+    /// Returns the symmetric part of an expression without its constant, as the symmetric part of a sum of `L V R`:
+    /// terms of one variable with the same L or the same R are merged.
     pub(crate) fn merged_terms(&self, expression: &Affine) -> Vec<(usize, Mat, Mat)> {
         let mut out: Vec<(usize, Mat, Mat)> = vec![];
         for term in &expression.terms {
@@ -181,7 +181,7 @@ impl Program {
                     } else if *r == right {
                         *l += &left;
                     } else {
-                        // For V' = sign V it is also that of sign R' V L'.
+                        // If V' = sign V, it is also that of sign R' V L'.
                         let sign = sign?;
                         if *l == right.transpose() {
                             *r += left.transpose() * sign;
@@ -200,13 +200,13 @@ impl Program {
         out
     }
 
-    /// The unknowns of a variable, each with its entries.
+    /// Returns the unknowns of a variable, each with its entries.
     pub(crate) fn entries(&self, variable: usize) -> impl Iterator<Item = (usize, &[(usize, usize, f64)])> {
         let variable = &self.variables[variable];
         variable.basis.iter().enumerate().map(|(k, entries)| (variable.first + k, entries.as_slice()))
     }
 
-    /// The objective's coefficient of each unknown.
+    /// Returns the objective's coefficient of each unknown.
     pub(crate) fn costs(&self) -> Vec<f64> {
         let mut out = vec![0.0; self.unknowns];
         for &(k, c) in &self.objective {
@@ -226,7 +226,7 @@ impl Program {
         }
     }
 
-    /// The constant part of an expression, and the coefficient matrix of each unknown that occurs.
+    /// Returns the constant part of an expression, and the coefficient matrix of each unknown that occurs.
     pub(crate) fn coefficients(&self, expression: &Affine) -> (Mat, Vec<(usize, Mat)>) {
         let n = expression.shape().0;
         let mut by_unknown: Vec<Option<Mat>> = vec![None; self.unknowns];
@@ -250,7 +250,7 @@ impl Program {
     }
 }
 
-/// Pairs `i <= j` (or `i < j` with `gap` 1) of channels with the same parameter.
+/// Returns the pairs `i <= j` (or `i < j` with `gap` 1) of channels with the same parameter.
 fn pairs(channels: &[usize], gap: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
     (0..channels.len())
         .flat_map(move |i| (i + gap..channels.len()).map(move |j| (i, j)))

@@ -1,8 +1,8 @@
 //! Solution of a program of linear matrix inequalities, with a check of the result.
 //!
 //! A primal-dual interior-point method is tried first (`interior_point.rs`): it exploits the structure of these
-//! inequalities and returns a strictly feasible point with a bound on its distance from the optimum. If it gets stuck,
-//! and for proofs of infeasibility, there is a general conic solver (`conic.rs`). A solver's report is not trusted:
+//! inequalities and returns a strictly feasible point with a bound on its distance from the optimum. A general conic
+//! solver (`conic.rs`) is used if it gets stuck, and for proofs of infeasibility. A solver's report is not trusted:
 //! every inequality is evaluated at the returned point and the least eigenvalue reported.
 
 use crate::error::SynthesisError;
@@ -28,10 +28,10 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// The point, if it satisfies the inequalities.
+    /// Returns the point if it satisfies the inequalities.
     ///
     /// # Errors
-    /// [`SynthesisError::Numerical`].
+    /// Returns [`SynthesisError::Numerical`] if it does not.
     pub(crate) fn feasible(self, stage: &'static str) -> Result<Self, SynthesisError> {
         if self.margin > 0.0 {
             return Ok(self);
@@ -50,8 +50,8 @@ impl Solution {
 /// `stage` names the program in errors.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`] if the general solver's certificate, verified here, leaves only enormous points;
-/// [`SynthesisError::Numerical`] if no point was found for any other reason.
+/// Returns [`SynthesisError::Infeasible`] if the general solver's certificate, verified here, excludes all points of
+/// reasonable size, and [`SynthesisError::Numerical`] if no point was found for any other reason.
 pub fn solve(
     program: &Program,
     stage: &'static str,
@@ -71,7 +71,7 @@ pub fn solve(
         let lower = bounds.fold(lowest, f64::max);
         lowest = lower;
         let multipliers = stop.multipliers.into_iter().map(of_rows).collect();
-        let solution = Solution { multipliers, lower, ..judged(program, stop.x, stop.gap) };
+        let solution = Solution { multipliers, lower, ..evaluated(program, stop.x, stop.gap) };
         if best.as_ref().is_none_or(|known| better(&solution, known, &costs)) {
             best = Some(solution);
         }
@@ -92,11 +92,11 @@ pub fn solve(
     }
 }
 
-/// The number of unknowns above which the general solver is not asked to improve a point: it takes minutes.
+/// The number of unknowns above which the general solver, which then takes minutes, is not used to improve a point.
 const MOST_UNKNOWNS: usize = 400;
 
 /// The degrees of equalisation of the rows of the inequalities, from none to full. Most programs are solved unscaled;
-/// one with rows of very different sizes may need it, and which is the case is not known in advance.
+/// one with rows of very different sizes may need scaling, which is not known in advance.
 const EVENNESS: [f64; 3] = [0.0, 0.5, 1.0];
 
 fn better(one: &Solution, other: &Solution, costs: &[f64]) -> bool {
@@ -111,7 +111,7 @@ pub(crate) struct Candidate {
     pub(crate) cost: f64,
 }
 
-/// Whether a point is better than another: strictly feasible, then of lower cost; or else of larger margin.
+/// Returns `true` if a point is better than another: strictly feasible, then of lower cost; or else of larger margin.
 pub(crate) fn is_better(one: Candidate, other: Candidate) -> bool {
     match (one.margin > 0.0, other.margin > 0.0) {
         (true, true) => one.cost < other.cost,
@@ -120,7 +120,7 @@ pub(crate) fn is_better(one: Candidate, other: Candidate) -> bool {
     }
 }
 
-/// The best of a known point and those that the general solver finds.
+/// Returns the best of a known point and those that the general solver finds.
 fn general(
     program: &Program,
     stage: &'static str,
@@ -132,8 +132,8 @@ fn general(
     let mut failure = None;
     for way in &WAYS {
         let (found, solved) = match conic.run(way, stage) {
-            Ok(Verdict::Solved(x)) => (judged(program, x, f64::INFINITY), true),
-            Ok(Verdict::Stopped(x)) => (judged(program, x, f64::INFINITY), false),
+            Ok(Verdict::Solved(x)) => (evaluated(program, x, f64::INFINITY), true),
+            Ok(Verdict::Stopped(x)) => (evaluated(program, x, f64::INFINITY), false),
             // A point at which the inequalities hold refutes infeasibility.
             Ok(Verdict::Infeasible) if best.as_ref().is_none_or(|b| b.margin <= 0.0) => {
                 return Err(SynthesisError::Infeasible { stage });
@@ -154,12 +154,12 @@ fn general(
     best.ok_or_else(|| failure.unwrap_or_else(|| SynthesisError::numerical(stage, "no solver was run")))
 }
 
-fn judged(program: &Program, x: Vec<f64>, gap: f64) -> Solution {
+fn evaluated(program: &Program, x: Vec<f64>, gap: f64) -> Solution {
     let margin = margin(program, &x);
     Solution { x, margin, gap, lower: f64::NEG_INFINITY, multipliers: vec![] }
 }
 
-/// `c'y >= -tr(F_0 M) + r'y` for every point y, with the residual `r = c - tr(F_i M)` of positive multipliers M.
+/// Returns the bound `c'y >= -tr(F_0 M) + r'y` for every y, with the residual `r = c - tr(F_i M)` of positive M.
 fn lower(data: &[LowRank], costs: &[f64], multipliers: &[Mat], x: &[f64]) -> f64 {
     let mut residual = costs.to_vec();
     let mut bound = 0.0;
@@ -174,10 +174,10 @@ fn lower(data: &[LowRank], costs: &[f64], multipliers: &[Mat], x: &[f64]) -> f64
 }
 
 /// The distance of the optimum from zero, relative to that of the point found, up to which the bound holds: a larger
-/// one means badly conditioned coordinates.
+/// one indicates badly conditioned coordinates.
 const REACH: f64 = 1e4;
 
-/// The least eigenvalue over all inequalities at `x`, each scaled to a unit diagonal. Positive if all hold strictly.
+/// Returns the least eigenvalue over all inequalities at `x`, each scaled to a unit diagonal; positive if all hold.
 pub fn margin(program: &Program, x: &[f64]) -> f64 {
     let each = program.inequalities.iter().map(|i| scaled_least_eigenvalue(&i.expression.value(program, x)));
     each.fold(f64::INFINITY, f64::min)
@@ -189,9 +189,9 @@ mod tests {
     use crate::lmi::program::{Affine, symmetric};
     use nalgebra::dmatrix;
 
-    /// The bounded-real lemma of 1/(s^2 + 0.2 s + 1) has a norm in closed form.
+    /// The norm of 1/(s^2 + 0.2 s + 1) by the bounded-real lemma agrees with its closed form.
     #[test]
-    fn bounded_real_lemma_meets_the_closed_form() {
+    fn bounded_real_lemma_agrees_with_the_closed_form() {
         let (a, b, c) = (dmatrix![0.0, 1.0; -1.0, -0.2], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]);
         let mut program = Program::default();
         let x = program.symmetric(2);
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn infeasibility_is_not_taken_for_failure() {
+    fn infeasibility_is_not_reported_as_a_failure() {
         let mut program = Program::default();
         let x = program.symmetric(2);
         program.positive("X", x.clone());

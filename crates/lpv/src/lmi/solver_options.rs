@@ -5,31 +5,32 @@
 pub struct SolverOptions<'a> {
     /// The gap at which the search stops.
     pub tolerance: f64,
-    /// The least objective to which the gap is relative.
+    /// The least magnitude of the objective to which the gap is relative.
     pub floor: f64,
     /// A strictly feasible point, if one is known. The best point found is then accepted.
     pub start: Option<&'a [f64]>,
     /// A point of about the right size that may violate inequalities, and the objective at which to give up. The
-    /// distance to the optimum is then judged by the level mu only, without multipliers that prove it.
+    /// distance to the optimum is then estimated by the level mu only, without multipliers that prove it.
     pub near: Option<(&'a [f64], f64)>,
     /// A gap at which an impatient search does not try other row scalings: what remains is rounding at the optimum.
     pub enough: f64,
-    /// Whether an objective that has almost stopped falling is accepted, if a point is sufficient and rounding may
+    /// `true` if an objective that has almost stopped falling is accepted, if a point is sufficient and rounding may
     /// delay or prevent a bound.
     pub settles: bool,
-    /// Whether to continue with the general solver if the first gets stuck at a feasible point that is not optimal.
+    /// `true` if the general solver continues when the first gets stuck at a feasible point that is not optimal.
     pub patient: bool,
-    /// Whether never to use the general solver.
+    /// `true` if the general solver is never used.
     pub quick: bool,
 }
 
 impl SolverOptions<'_> {
-    /// As close to the optimum as rounding allows.
+    /// Returns the options of a search as close to the optimum as rounding allows.
     pub fn fine() -> Self {
         Self::within(1e-7)
     }
 
-    /// Within `tolerance` of the optimum, and therefore in the interior of the inequalities.
+    /// Returns the options of a search within `tolerance` of the optimum, which ends in the interior of the
+    /// inequalities.
     pub fn within(tolerance: f64) -> Self {
         Self {
             tolerance,

@@ -1,4 +1,4 @@
-//! The traces that one column of a Schur complement is made of.
+//! Traces that form one column of a Schur complement.
 //!
 //! For the G of a pair (a, b) of columns of W, and the F of a pair (c, d), `tr(G M F N)` is the entry (c, d) of a
 //! symmetric matrix of rank four:
@@ -7,48 +7,48 @@
 //! T = M_a N_b' + M_b N_a' + N_a M_b' + N_b M_a',   with the columns of W'MW and W'NW
 //! ```
 //!
-//! A matrix unknown V of a term `L V R` needs the rectangle of T of the columns of L and R, which is computed as a
-//! whole, a product of matrices over all pairs of an unknown. For a V with few entries, single traces are computed.
+//! A matrix unknown V of a term `L V R` needs the rectangle of T of the columns of L and R, which is computed as one
+//! product of matrices over all pairs of an unknown. For a V with few entries, single traces are computed.
 
 use crate::matrix::Mat;
 use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
 use std::ops::Range;
 
-/// A rectangle of which at least one in so many traces is needed, and that is not too small, is computed as a whole.
+/// A rectangle, unless it is small, is computed as one product if at least one in this number of its traces is needed.
 const NEEDED: usize = 4;
 const LEAST_AREA: usize = 16;
 
-/// Which traces are needed, and where each is put.
+/// The required traces, and the index of each.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Traces {
     rectangles: Vec<Rectangle>,
     singles: Vec<Single>,
-    /// For each pair of each unknown.
-    places: Vec<u32>,
+    /// Index of the trace of each pair of each unknown.
+    positions: Vec<u32>,
     size: usize,
 }
 
-/// Traces of c in `rows` and d in `columns`, column by column.
+/// A rectangle of traces, of c in `rows` and d in `columns`, column by column.
 #[derive(Debug, Clone)]
 struct Rectangle {
     rows: Range<u32>,
     columns: Range<u32>,
-    /// Where it begins among all traces.
+    /// Index of its first trace.
     start: usize,
-    /// For each unknown the first row and the first column that it or a later one needs.
+    /// First row and first column that each unknown or a later one needs.
     first: Vec<(u32, u32)>,
 }
 
-/// One trace.
+/// A single trace.
 #[derive(Debug, Clone)]
 struct Single {
     of: (u32, u32),
-    place: usize,
+    position: usize,
     /// The last unknown that needs it.
     last: u32,
 }
 
-/// A pair of columns of W with its columns of W'MW and W'NW, and what its traces are multiplied by.
+/// A pair of columns of W with its columns of W'MW and W'NW, and the factor of its traces.
 pub(crate) struct Factor<'a> {
     by: f64,
     m: [&'a [f64]; 2],
@@ -71,31 +71,31 @@ impl<'a> Factor<'a> {
         }
     }
 
-    /// The other factor of T at row d: column k of the one meets row k of the other.
+    /// Returns the other factor of T at row d: its row k is multiplied by column k of the first.
     fn right(&self, d: usize) -> [f64; 4] {
         [self.n[1], self.n[0], self.m[1], self.m[0]].map(|column| self.by * column[d])
     }
 
-    /// The entries of the four columns, row by row.
+    /// Returns the entries of the four columns, row by row.
     fn by_row(&self) -> Vec<[f64; 4]> {
         let ([ma, mb], [na, nb]) = (self.m, self.n);
         let of_n = na.iter().zip(nb);
         ma.iter().zip(mb).zip(of_n).map(|((ma, mb), (na, nb))| [*ma, *mb, *na, *nb]).collect()
     }
 
-    /// The trace with the pair (c, d).
+    /// Returns the trace with the pair (c, d).
     pub(crate) fn trace(&self, (c, d): (u32, u32)) -> f64 {
         let of = |at: u32| [self.m[0], self.m[1], self.n[0], self.n[1]].map(|column| column[at as usize]);
         self.by * trace(&of(c), &of(d))
     }
 }
 
-/// An entry of T, from the rows of the four columns.
+/// Returns an entry of T, from the rows of the four columns.
 fn trace(c: &[f64; 4], d: &[f64; 4]) -> f64 {
     c[0] * d[3] + c[1] * d[2] + c[2] * d[1] + c[3] * d[0]
 }
 
-/// The traces of one column of a Schur complement, and the memory to form them in.
+/// The traces of one column of a Schur complement, and the work space for them.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     pub(crate) traces: Vec<f64>,
@@ -104,14 +104,15 @@ pub(crate) struct Scratch {
 }
 
 impl Traces {
-    /// Those of pairs `(unknown, a, b)`, in the order of the unknowns; `terms` are the columns of W of each L and R.
+    /// Returns the traces of pairs `(unknown, a, b)` in the order of unknowns; `terms` are the columns of W of each L
+    /// and R.
     pub(crate) fn new(terms: Vec<[Range<u32>; 2]>, pairs: &[(u32, u32, u32)]) -> Self {
         let unknowns = pairs.last().map_or(0, |p| p.0 as usize + 1);
         let mut out = Self::default();
         let mut left: Vec<usize> = (0..pairs.len()).collect();
-        out.places = vec![0; pairs.len()];
+        out.positions = vec![0; pairs.len()];
         for [one, other] in terms {
-            // As pairs are: the lesser number first.
+            // The smaller index first, as in a pair.
             let (rows, columns) = if one.start <= other.start { (one, other) } else { (other, one) };
             let (height, start) = (rows.len(), out.size);
             let within = |i: &usize| rows.contains(&pairs[*i].1) && columns.contains(&pairs[*i].2);
@@ -130,11 +131,11 @@ impl Traces {
                 let (unknown, a, b) = pairs[i];
                 let known = &mut first[unknown as usize];
                 *known = (known.0.min(a), known.1.min(b));
-                out.places[i] = (start + at(i)) as u32;
+                out.positions[i] = (start + at(i)) as u32;
             }
-            for place in (1..unknowns).rev() {
-                let later = first[place];
-                let known = &mut first[place - 1];
+            for position in (1..unknowns).rev() {
+                let later = first[position];
+                let known = &mut first[position - 1];
                 *known = (known.0.min(later.0), known.1.min(later.1));
             }
             out.size += needed.len();
@@ -144,10 +145,10 @@ impl Traces {
         let mut known = std::collections::BTreeMap::new();
         for i in left {
             let (unknown, a, b) = pairs[i];
-            let next = Single { of: (a, b), place: out.size + known.len(), last: unknown };
+            let next = Single { of: (a, b), position: out.size + known.len(), last: unknown };
             let single: &mut Single = known.entry((a, b)).or_insert(next);
             single.last = single.last.max(unknown);
-            out.places[i] = single.place as u32;
+            out.positions[i] = single.position as u32;
         }
         out.size += known.len();
         out.singles = known.into_values().collect();
@@ -155,13 +156,13 @@ impl Traces {
         out
     }
 
-    /// The traces of the pairs of the unknown at a place that it and the later ones need; others have any value.
-    pub(crate) fn fill(&self, place: usize, factors: &[Factor<'_>], scratch: &mut Scratch) {
+    /// Computes the traces that the unknown at index `position` and later ones need; the others are undefined.
+    pub(crate) fn fill(&self, position: usize, factors: &[Factor<'_>], scratch: &mut Scratch) {
         let Scratch { traces, left, right } = scratch;
         traces.clear();
         traces.resize(self.size, 0.0);
         for r in &self.rectangles {
-            let (row, column) = r.first[place];
+            let (row, column) = r.first[position];
             let (rows, columns) =
                 (row as usize..r.rows.end as usize, column as usize..r.columns.end as usize);
             if rows.is_empty() || columns.is_empty() {
@@ -188,7 +189,7 @@ impl Traces {
             )
             .gemm(1.0, &left, &right, 0.0);
         }
-        let begin = self.singles.partition_point(|single| (single.last as usize) < place);
+        let begin = self.singles.partition_point(|single| (single.last as usize) < position);
         if begin == self.singles.len() {
             return;
         }
@@ -196,13 +197,13 @@ impl Traces {
             let rows = factor.by_row();
             for single in &self.singles[begin..] {
                 let (c, d) = single.of;
-                traces[single.place] += factor.by * trace(&rows[c as usize], &rows[d as usize]);
+                traces[single.position] += factor.by * trace(&rows[c as usize], &rows[d as usize]);
             }
         }
     }
 
-    /// Where the traces are that some of the pairs need.
-    pub(crate) fn places(&self, pairs: Range<usize>) -> &[u32] {
-        &self.places[pairs]
+    /// Returns the indices of the traces that some of the pairs need.
+    pub(crate) fn positions(&self, pairs: Range<usize>) -> &[u32] {
+        &self.positions[pairs]
     }
 }

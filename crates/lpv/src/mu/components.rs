@@ -2,8 +2,8 @@
 //!
 //! `det(I - M Delta)` is the product of the determinants of the strongly connected components of the pattern of M, in
 //! which a channel leads to another if its entry is not zero: mu is the largest over the components, each with its part
-//! of the blocks. The channels of a full block belong together, those of a repeated scalar do not. Components:
-//! R. Tarjan, SIAM J. Computing 1(2), 1972.
+//! of the blocks. The channels of a full block are in one component, those of a repeated scalar need not be.
+//! Components: R. Tarjan, SIAM J. Computing 1(2), 1972.
 
 use super::CMat;
 use super::structure::{Block, Structure};
@@ -22,12 +22,12 @@ pub(super) struct Component {
 }
 
 impl Component {
-    /// The part of a matrix in the component.
+    /// Returns the part of a matrix in the component.
     pub(super) fn part(&self, m: &CMat) -> CMat {
         m.select_rows(&self.z).select_columns(&self.w)
     }
 
-    /// The part of a system in the component.
+    /// Returns the part of a system in the component.
     pub(super) fn system(&self, s: &StateSpace) -> StateSpace {
         StateSpace {
             a: s.a.clone(),
@@ -38,7 +38,7 @@ impl Component {
         .without_idle_states()
     }
 
-    /// The perturbation of the complete system with the part `delta` here and zero elsewhere.
+    /// Returns the perturbation of the complete system with `delta` for this component and zero elsewhere.
     pub(super) fn embedded(&self, delta: &CMat, structure: &Structure) -> CMat {
         let mut out = CMat::zeros(structure.rows(), structure.cols());
         let places = structure.places();
@@ -55,7 +55,7 @@ impl Component {
     }
 }
 
-/// The components of matrices, in topological order.
+/// Returns the components of matrices, in topological order.
 pub(super) fn of_matrices(all: &[CMat], structure: &Structure) -> Vec<Component> {
     let pattern = DMatrix::from_fn(structure.cols(), structure.rows(), |i, j| {
         all.iter().any(|m| m[(i, j)] != Complex::ZERO)
@@ -63,7 +63,7 @@ pub(super) fn of_matrices(all: &[CMat], structure: &Structure) -> Vec<Component>
     components(&pattern, structure)
 }
 
-/// The components of a transfer matrix: entries that its states do not connect are zero at every frequency.
+/// Returns the components of a transfer matrix: entries that its states do not connect are zero at every frequency.
 pub(super) fn of_system(s: &StateSpace, structure: &Structure) -> Vec<Component> {
     let (n, cols) = (s.a.nrows(), s.b.ncols());
     let mut reached = DMatrix::from_fn(n, n, |i, j| i == j || s.a[(i, j)] != 0.0);
@@ -75,7 +75,7 @@ pub(super) fn of_system(s: &StateSpace, structure: &Structure) -> Vec<Component>
     components(&pattern, structure)
 }
 
-/// The transitive closure: S. Warshall, J. ACM 9(1), 1962.
+/// Forms the transitive closure: S. Warshall, J. ACM 9(1), 1962.
 fn close(reached: &mut DMatrix<bool>) {
     let n = reached.nrows();
     for k in 0..n {
@@ -117,7 +117,7 @@ fn components(pattern: &DMatrix<bool>, structure: &Structure) -> Vec<Component> 
     let mut reached = DMatrix::from_fn(n, n, |i, j| i == j || meets(&nodes[i], &nodes[j]));
     close(&mut reached);
     let mut open: Vec<usize> = (0..n).collect();
-    // A node that leads to others is reached by fewer.
+    // A node that leads to others is reachable from fewer nodes.
     open.sort_by_key(|i| reached.row(*i).iter().filter(|r| **r).count());
     let mut out = vec![];
     while let Some(&first) = open.first() {
@@ -163,7 +163,7 @@ mod tests {
 
     /// The first channel leads to the others, which form a loop; a full block connects its channels.
     #[test]
-    fn loops_are_found_in_their_order() {
+    fn loops_are_found_in_topological_order() {
         let m = dmatrix![0.5, 0.0, 0.0; 1.0, 0.0, 2.0; 0.0, 1.0, 0.0];
         let scalars = of(&m, vec![Block::Real(2), Block::Real(1)]);
         assert_eq!(scalars, [(vec![0], vec![0]), (vec![1, 2], vec![1, 2])]);

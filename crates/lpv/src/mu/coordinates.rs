@@ -1,7 +1,7 @@
 //! Scaling and balancing of a perturbed system.
 //!
 //! mu does not change with the coordinates of the states, nor with a unit for each block, the same for w and z. The
-//! numerics do: the eigenvalues of a matrix whose entries range over ten powers of ten are rounding.
+//! numerics do: the eigenvalues of a matrix whose entries range over ten decades are dominated by rounding.
 //!
 //! Units: E. E. Osborne, J. ACM 7(4), 1960. Coordinates in which both gramians are equal and diagonal: B. C. Moore,
 //! IEEE Trans. Automatic Control 26(1), 1981, from Cholesky factors by A. J. Laub, M. T. Heath, C. C. Paige, R. C.
@@ -12,7 +12,7 @@ use super::structure::Structure;
 use crate::matrix::{Mat, block, diagonal, eigenvalues, largest_singular_value, solve, svd};
 use crate::system::{StateSpace, gramian_factors};
 
-/// Sweeps of Osborne's iteration.
+/// The number of sweeps of Osborne's iteration.
 const ROUNDS: usize = 50;
 
 /// The largest number of balancing passes: the gramians of a badly conditioned system are regularised, and more
@@ -26,11 +26,11 @@ const LEAST_CHANGE: f64 = 2.0;
 const CORRECTIONS: usize = 3;
 const SETTLED: f64 = 1e-14;
 
-/// The system with a unit for each block and each state that equalises its gains in and out. Inputs and outputs are
-/// those of the structure.
+/// Returns the system with a unit for each block and each state that equalises its gains in and out. Inputs and outputs
+/// are those of the structure.
 pub(super) fn block_scaled(system: &StateSpace, structure: &Structure) -> StateSpace {
     let n = system.a.nrows();
-    // The effect of A, too, in a unit of time in which the modes are about 1.
+    // The effect of A is included, in a unit of time in which the modes are about 1.
     let root = mean_time_scale(&system.a).sqrt();
     let mut m =
         block(&[&[&(&system.a / (root * root)), &(&system.b / root)], &[&(&system.c / root), &system.d]]);
@@ -60,13 +60,13 @@ pub(super) fn block_scaled(system: &StateSpace, structure: &Structure) -> StateS
     }
 }
 
-/// The geometric mean of |lambda| over the modes, rad/s; 1 if there are none.
+/// Returns the geometric mean of |lambda| over the modes, rad/s; 1 if there are none.
 fn mean_time_scale(a: &Mat) -> f64 {
     let logs: Vec<f64> = eigenvalues(a).iter().map(|p| p.norm().ln()).filter(|v| v.is_finite()).collect();
     (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp()
 }
 
-/// A stable system in coordinates in which its gramians are about equal and diagonal, without idle states.
+/// Returns a stable system in coordinates in which its gramians are about equal and diagonal, without idle states.
 pub(super) fn balanced(system: &StateSpace, structure: &Structure) -> StateSpace {
     let mut out = block_scaled(&system.without_idle_states(), structure);
     for _ in 0..PASSES {
@@ -76,7 +76,7 @@ pub(super) fn balanced(system: &StateSpace, structure: &Structure) -> StateSpace
     out
 }
 
-/// `None` if balancing changes little, or there are no gramians.
+/// Balances a system; `None` if balancing changes little, or there are no gramians.
 fn with_equal_gramians(s: &StateSpace) -> Option<StateSpace> {
     let (p, q) = gramian_factors(s)?;
     // P = p p', Q = q q', q'p = u s v':  T = s^-1/2 u' q'.
@@ -97,7 +97,7 @@ fn with_equal_gramians(s: &StateSpace) -> Option<StateSpace> {
     })
 }
 
-/// `left right T^-1` by an approximate inverse of T; `None` if that is too inaccurate.
+/// Returns `left right T^-1` by an approximate inverse of T; `None` if that is too inaccurate.
 fn quotient(left: &Mat, right: &Mat, t: &Mat, inverse: &Mat) -> Option<Mat> {
     let mut out = left * right * inverse;
     let mut change = f64::INFINITY;
@@ -109,7 +109,7 @@ fn quotient(left: &Mat, right: &Mat, t: &Mat, inverse: &Mat) -> Option<Mat> {
     (change <= SETTLED * out.norm()).then_some(out)
 }
 
-/// The sum of products `sign left right`, accumulated in twice the precision and rounded once.
+/// Returns the sum of products `sign left right`, accumulated in twice the precision and rounded once.
 fn exact_product(terms: &[(&Mat, &Mat, f64)]) -> Mat {
     let Some((left, right, _)) = terms.first() else { return Mat::zeros(0, 0) };
     Mat::from_fn(left.nrows(), right.ncols(), |i, j| {
@@ -133,7 +133,7 @@ mod tests {
     use crate::mu::structure::Block;
     use nalgebra::{Complex, dmatrix};
 
-    /// A sum whose largest terms cancel: plain products lose it completely.
+    /// Plain products lose a sum completely if its largest terms cancel.
     #[test]
     fn products_are_rounded_once() {
         let (left, right) = (dmatrix![1e16, 1.0, -1e16], dmatrix![1.0; 0.5; 1.0]);

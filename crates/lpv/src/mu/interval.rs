@@ -7,7 +7,7 @@
 //! Robust Nonlinear Control 13, 2003.
 //!
 //! The Hamiltonian is formed in the variable `p = 1/(s - j omega_0)`, which maps the given frequency to infinity: the
-//! matrix to be inverted is then Phi there, which is positive definite, and a singular `Phi(infinity)` does no harm.
+//! matrix to be inverted is then Phi there, which is positive definite, and a singular `Phi(infinity)` is admissible.
 
 use super::CMat;
 use super::upper::DgScalings;
@@ -18,9 +18,9 @@ use nalgebra::Complex;
 /// The frequencies between which scalings prove a bound, rad/s; `to` may be infinite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
-    /// The lowest, at least 0.
+    /// Lower end, at least 0.
     pub from: f64,
-    /// The highest.
+    /// Upper end.
     pub to: f64,
 }
 
@@ -33,8 +33,8 @@ impl Interval {
     }
 }
 
-/// The real part below which an eigenvalue is taken as imaginary, relative to the Hamiltonian: an error only makes
-/// intervals shorter.
+/// The real part below which an eigenvalue is taken as imaginary, relative to the Hamiltonian: an error only shortens
+/// intervals.
 const AXIS_TOLERANCE: f64 = 1e-7;
 
 /// The fraction of its length by which an interval is shortened at each end, so that Phi is not singular there.
@@ -42,7 +42,7 @@ const CUT_SHARE: f64 = 1e-6;
 
 const J: Complex<f64> = Complex::new(0.0, 1.0);
 
-/// The frequency response of a system. p x m, at omega in rad/s; `D` at infinity.
+/// Returns the frequency response of a system. p x m, at omega in rad/s; `D` at infinity.
 pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
     if omega.is_infinite() {
         Some(system.d.map(|v| v.into()))
@@ -51,8 +51,8 @@ pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
     }
 }
 
-/// The largest interval around `omega` (infinity included) on which `scalings` prove that mu is below `level`; `None`
-/// if they do not at `omega`.
+/// Returns the largest interval around `omega` (infinity included) on which `scalings` prove that mu is below `level`;
+/// `None` if they do not at `omega`.
 pub fn good_interval(system: &StateSpace, scalings: &DgScalings, level: f64, omega: f64) -> Option<Interval> {
     let here = AtFrequency::at(system, omega)?;
     let phi = here.form(scalings, level);
@@ -82,7 +82,7 @@ pub fn good_interval(system: &StateSpace, scalings: &DgScalings, level: f64, ome
             } else if q.is_nan() {
                 return None;
             } else {
-                // At most as far from zero as the tolerance: the crossing is at least that far away, on either side.
+                // The crossing is at least as far away as the inverse of the tolerance, on either side.
                 from = from.max(omega - 1.0 / axis);
                 to = to.min(omega + 1.0 / axis);
             }
@@ -99,12 +99,12 @@ pub fn good_interval(system: &StateSpace, scalings: &DgScalings, level: f64, ome
     Some(Interval { from: from.max(0.0), to })
 }
 
-/// A frequency inside a gap.
+/// Returns a frequency inside a gap.
 pub(super) fn middle(from: f64, to: f64) -> f64 {
     if from == 0.0 && to.is_infinite() {
         1.0
     } else if to.is_infinite() {
-        // Infinity was tried before: go there in steps.
+        // Infinity was tried before: approach it in steps.
         10.0 * from
     } else if from > 0.0 && to > 4.0 * from {
         (from * to).sqrt()
@@ -118,7 +118,7 @@ pub(super) fn middle(from: f64, to: f64) -> f64 {
 pub(super) struct Covered(Vec<Interval>);
 
 impl Covered {
-    /// Adds the interval around a frequency, unless it is too short; whether it was added.
+    /// Adds the interval around a frequency, unless it is too short; returns `true` if it was added.
     pub(super) fn add(&mut self, omega: f64, interval: Interval) -> bool {
         if omega.is_finite() && interval.to - interval.from < LEAST_INTERVAL * omega {
             return false;
@@ -128,23 +128,23 @@ impl Covered {
         true
     }
 
-    /// The number of intervals.
+    /// Returns the number of intervals.
     pub(super) fn count(&self) -> usize {
         self.0.len()
     }
 
-    /// Whether a frequency is covered; no interval covers infinity itself.
+    /// Returns `true` if a frequency is covered; no interval covers infinity itself.
     pub(super) fn holds(&self, omega: f64) -> bool {
         omega.is_finite() && self.0.iter().any(|i| i.from <= omega && omega < i.to)
     }
 
-    /// The gap around an uncovered frequency.
+    /// Returns the gap around an uncovered frequency.
     pub(super) fn around(&self, omega: f64) -> (f64, f64) {
         let below = self.0.iter().map(|i| i.to).filter(|to| *to <= omega).fold(0.0, f64::max);
         (below, self.0.iter().map(|i| i.from).filter(|from| *from > omega).fold(f64::INFINITY, f64::min))
     }
 
-    /// The lowest gap.
+    /// Returns the lowest gap.
     pub(super) fn gap(&self) -> Option<(f64, f64)> {
         let mut reached = 0.0;
         for interval in &self.0 {
@@ -157,7 +157,7 @@ impl Covered {
     }
 }
 
-/// Intervals shorter than this, relative to their frequency, are ignored.
+/// The length, relative to the frequency, below which intervals are ignored.
 const LEAST_INTERVAL: f64 = 1e-12;
 
 /// The system in the variable p.
@@ -182,7 +182,7 @@ impl AtFrequency {
         Some(Self { d: d - &c * &eb, a: inverse, b: eb, c: -ce })
     }
 
-    /// Phi at the frequency.
+    /// Returns Phi at the frequency.
     fn form(&self, s: &DgScalings, level: f64) -> CMat {
         &s.dw * Complex::new(level * level, 0.0) - s.left(&self.d)
     }
@@ -199,7 +199,7 @@ impl AtFrequency {
         let first = &self.a - &self.b * &feedback;
         let upper = -(&self.b * inverse * self.b.adjoint());
         let lower = cross.adjoint() * feedback - self.c.adjoint() * q11 * &self.c;
-        // The unit of the costate is free: it equalises both corners.
+        // The unit of the costate is free: equalise both corners.
         let ratio = (lower.norm() / upper.norm()).sqrt();
         let ratio = Complex::new(if ratio > 0.0 && ratio.is_finite() { ratio } else { 1.0 }, 0.0);
         let mut out = CMat::zeros(2 * n, 2 * n);

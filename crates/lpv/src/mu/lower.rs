@@ -32,7 +32,7 @@ use nalgebra::Complex;
 const LOWER_STARTS: usize = 16;
 const MIXED_STARTS: usize = 48;
 
-/// With more rows than this there are fewer starts with real scalars, as the time of each grows with the third power.
+/// The number of rows above which there are fewer starts with real scalars: their time grows with its third power.
 const EASY_ROWS: usize = 8;
 
 const LEAST_STARTS: usize = 4;
@@ -43,7 +43,7 @@ const LOWER_STEPS: usize = 300;
 /// The number of steps without improvement after which a start is abandoned: with real scalars the steps may cycle.
 const MOST_IDLE_STEPS: usize = 5;
 
-/// Trial costs of an imaginary part in the choice of the initial eigenvalue.
+/// Trial weights of the imaginary part in the choice of the initial eigenvalue.
 const IMAGINARY_PRICES: [f64; 3] = [0.0, 1.0, 10.0];
 
 /// The number of vectors of the upper bound that are tried.
@@ -55,15 +55,15 @@ const CLOSED: f64 = 1e-6;
 /// Finds a small perturbation that makes `I - M Delta` singular. `None` if none is found.
 ///
 /// # Errors
-/// [`StructureError`] if M does not fit the structure.
+/// Returns [`StructureError`] if M does not fit the structure.
 pub fn lower_bound(m: &CMat, structure: &Structure) -> Result<Option<LowerBound>, StructureError> {
     lower_bound_below(m, structure, None)
 }
 
-/// [`lower_bound`] with a known upper bound.
+/// Computes [`lower_bound`] with a known upper bound.
 ///
 /// # Errors
-/// As [`lower_bound`].
+/// Errors of [`lower_bound`].
 pub fn lower_bound_below(
     m: &CMat,
     structure: &Structure,
@@ -96,7 +96,7 @@ pub fn lower_bound_below(
     Ok(best)
 }
 
-/// The smallest perturbation near one that is known for a similar matrix.
+/// Returns the smallest perturbation near one that is known for a similar matrix.
 pub(super) fn improved(m: &CMat, structure: &Structure, known: &LowerBound) -> Option<LowerBound> {
     let modes = Modes::new(m, structure);
     let q = &known.delta * Complex::new(known.value, 0.0);
@@ -110,8 +110,8 @@ struct LowerSearch<'a> {
 }
 
 impl LowerSearch<'_> {
-    /// A unit perturbation whose full blocks are the worst for themselves, by singular vectors: steps are slow if the
-    /// two largest singular values are close. `None` without full blocks.
+    /// Returns a unit perturbation whose full blocks are the worst for each alone, by singular vectors: steps are slow
+    /// if the two largest singular values are close. `None` without full blocks.
     fn largest_start(&self) -> Option<CMat> {
         let structure = self.modes.structure;
         let (mut any, mut all) = (false, true);
@@ -128,8 +128,8 @@ impl LowerSearch<'_> {
         (any && all).then_some(q)
     }
 
-    /// A unit perturbation: the first is the identity, the others are random, every other one with real scalars inside
-    /// (-1, 1).
+    /// Returns a unit perturbation: the first is the identity, the others are random, every other one with real scalars
+    /// inside (-1, 1).
     fn start(&self, number: usize, random: &mut Sequence) -> CMat {
         let mut draw = || if number == 0 { 1.0 } else { random.next() };
         self.modes.structure.replaced(self.modes.structure.zeros(), |block, _, _| {
@@ -152,7 +152,7 @@ impl LowerSearch<'_> {
         })
     }
 
-    /// The unit perturbations suggested by the upper bound.
+    /// Returns the unit perturbations suggested by the upper bound.
     fn starts_of(&self, upper: &UpperBound) -> Vec<CMat> {
         let (m, s) = (self.modes.m, &upper.scalings);
         let phi = &s.dw * Complex::new(upper.value * upper.value, 0.0) - s.left(m);
@@ -164,7 +164,7 @@ impl LowerSearch<'_> {
             .collect()
     }
 
-    /// The perturbation with `v = Delta M v`, in units of its expected size, if there is one.
+    /// Returns the perturbation with `v = Delta M v`, in units of its expected size, if there is one.
     fn of_vector(&self, v: &ComplexVector, mu: f64) -> CMat {
         let z = self.modes.m * v;
         self.modes.structure.replaced(self.modes.structure.zeros(), |block, rows, cols| {
@@ -191,8 +191,8 @@ impl LowerSearch<'_> {
         })
     }
 
-    /// The starting points of an ascent: the start itself, and the result of [`Self::improved`], which ignores whether
-    /// the eigenvalue is real.
+    /// Returns the starting points of an ascent: the start itself, and the result of [`Self::improved`], which allows a
+    /// complex eigenvalue.
     fn candidates(&self, start: CMat, seen: &mut Vec<CMat>) -> Vec<(CMat, Mode)> {
         let improved = self.improved(start.clone());
         let points = if self.is_mixed { vec![start, improved] } else { vec![improved] };
@@ -203,7 +203,7 @@ impl LowerSearch<'_> {
                 continue;
             }
             if !self.is_mixed {
-                out.extend(self.turned(&q));
+                out.extend(self.rotated(&q));
             } else {
                 for price in IMAGINARY_PRICES {
                     let Some(mode) = self.modes.best(&q, |v| v.re - price * v.im.abs()) else { continue };
@@ -217,18 +217,18 @@ impl LowerSearch<'_> {
         out
     }
 
-    /// Complex blocks only, rotated until the largest eigenvalue is real.
-    fn turned(&self, q: &CMat) -> Option<(CMat, Mode)> {
+    /// Rotates Q, complex blocks only, until the largest eigenvalue is real.
+    fn rotated(&self, q: &CMat) -> Option<(CMat, Mode)> {
         let lambda = self.modes.best(q, |v| v.norm())?.lambda;
         if lambda.norm() == 0.0 {
             return None;
         }
-        let turned = q * (lambda.conj() / lambda.norm());
-        let mode = self.modes.nearest(&turned, Complex::new(lambda.norm(), 0.0))?;
-        Some((turned, mode))
+        let rotated = q * (lambda.conj() / lambda.norm());
+        let mode = self.modes.nearest(&rotated, Complex::new(lambda.norm(), 0.0))?;
+        Some((rotated, mode))
     }
 
-    /// Improves Q until it no longer improves; returns the best.
+    /// Improves Q until its eigenvalue no longer grows; returns the best.
     fn improved(&self, mut q: CMat) -> CMat {
         let rank = |v: Complex<f64>| if self.is_mixed { v.re } else { v.norm() };
         let mut best = (f64::NEG_INFINITY, q.clone());
@@ -244,9 +244,10 @@ impl LowerSearch<'_> {
             if idle > MOST_IDLE_STEPS {
                 break;
             }
-            let is_turned = !self.is_mixed && mode.lambda.norm() > 0.0;
-            let turn = if is_turned { mode.lambda / mode.lambda.norm() } else { Complex::new(1.0, 0.0) };
-            q = self.modes.aimed(&q, &mode, turn);
+            let is_rotated = !self.is_mixed && mode.lambda.norm() > 0.0;
+            let direction =
+                if is_rotated { mode.lambda / mode.lambda.norm() } else { Complex::new(1.0, 0.0) };
+            q = self.modes.aimed(&q, &mode, direction);
         }
         best.1
     }
@@ -264,7 +265,7 @@ mod tests {
         /// The bound is never above the upper one, and the perturbation has the stated properties.
         #[test]
         #[ignore = "night: hundreds of random matrices"]
-        fn below_the_upper_bound((structure, m) in problem()) {
+        fn the_lower_bound_is_below_the_upper_one((structure, m) in problem()) {
             let upper = upper_bound(&m, &structure).unwrap().value;
             if let Some(lower) = lower_bound(&m, &structure).unwrap() {
                 prop_assert!(lower.value <= upper * (1.0 + 1e-6), "{} {upper}", lower.value);
@@ -277,7 +278,7 @@ mod tests {
 
         /// One full block is found exactly.
         #[test]
-        fn one_block_is_exact((_, m) in problem()) {
+        fn one_full_block_is_exact((_, m) in problem()) {
             let full = Structure::new(vec![Block::Full { rows: m.ncols(), cols: m.nrows() }]).unwrap();
             let largest = complex_singular_values(&m)[0];
             let found = lower_bound(&m, &full).unwrap().unwrap().value;
@@ -285,9 +286,9 @@ mod tests {
         }
     }
 
-    /// The two largest singular values differ by 5e-4: plain steps end between them.
+    /// The two largest singular values differ by 5e-4: plain steps would end between them.
     #[test]
-    fn one_full_block_with_singular_values_that_are_close() {
+    fn one_full_block_with_close_singular_values_is_exact() {
         let (re, im) = (
             [0.91168, -0.63015, -0.87552, 0.96397, 0.75490, -0.58537, 0.31636, 0.88796, 0.51656],
             [-0.03627, -0.95265, -0.40091, -0.83276, 0.35872, -0.41558, -0.15946, -0.94792, 0.64382],
@@ -301,7 +302,7 @@ mod tests {
 
     /// One repeated real scalar and a real matrix: mu is its largest real eigenvalue, with larger complex ones present.
     #[test]
-    fn a_real_eigenvalue_behind_others_is_found() {
+    fn a_real_eigenvalue_below_complex_ones_is_found() {
         let m = nalgebra::dmatrix![0.0, 5.0, 0.3; -5.0, 0.0, -0.2; 0.1, 0.4, -1.5].map(Complex::from);
         let right = complex_eigenvalues(&m).into_iter().filter(|v| v.im == 0.0).map(|v| v.re.abs());
         let found = lower_bound(&m, &Structure::new(vec![Block::Real(3)]).unwrap()).unwrap().unwrap();

@@ -1,9 +1,10 @@
 //! Small real parameters that destabilise a loop, found by search.
 //!
-//! For real scalars only, a power iteration at one frequency fails. Here the frequency is free: along a direction delta
+//! A power iteration at one frequency fails for real scalars only. Here the frequency is free: along a direction delta
 //! in the box a pole of the loop is followed until it reaches the axis, each delta_i is moved to the end of its range
 //! that the pole's sensitivity indicates, and so on until nothing changes; then single scalars are reversed. The
 //! migration of poles: G. Ferreres, J.-M. Biannic, "Reliable computation of the robustness margin for a flexible
+//! aircraft", Control Engineering Practice 9, 2001.
 //! aircraft", Control Engineering Practice 9, 2001.
 
 use super::CMat;
@@ -75,7 +76,7 @@ struct MarginSearch<'a> {
     sizes: Vec<usize>,
     /// The smallest size of delta.
     smallest: f64,
-    /// A size that is certainly harmless: below the inverse of the largest gain seen by delta.
+    /// A size that cannot destabilise: below the inverse of the largest gain from wd to zd.
     harmless: f64,
 }
 
@@ -85,7 +86,7 @@ impl MarginSearch<'_> {
         diagonal(entries)
     }
 
-    /// A of the perturbed loop.
+    /// Returns A of the perturbed loop.
     fn perturbed(&self, direction: &[f64], size: f64) -> Option<Mat> {
         let s = self.system;
         let delta = self.diagonal(direction, size);
@@ -99,7 +100,7 @@ impl MarginSearch<'_> {
         values.into_iter().max_by(|a, b| a.re.total_cmp(&b.re))
     }
 
-    /// The first crossing along a direction, up to a size.
+    /// Returns the first crossing along a direction, up to a size.
     fn crossing(&self, direction: &[f64], farthest: f64) -> Option<Crossing> {
         let mut low = self.smallest.min(farthest / SIZE_STRIDE);
         let mut high = low;
@@ -117,8 +118,8 @@ impl MarginSearch<'_> {
         Some(Crossing { direction: direction.to_vec(), size: high, pole })
     }
 
-    /// Locates the size at which the rightmost pole reaches the axis, between one at which it is left of it and one at
-    /// which it is not, by false position with the Illinois rule (M. Dowell, P. Jarratt, BIT 11, 1971), and by
+    /// Locates the size at which the rightmost pole reaches the axis, between one at which it is left of the axis and
+    /// one at which it is not, by false position with the Illinois rule (M. Dowell, P. Jarratt, BIT 11, 1971), and by
     /// bisection if that is slow. Returns the pole at the larger size.
     fn narrow(&self, direction: &[f64], low: &mut f64, high: &mut f64) -> Option<Complex<f64>> {
         let mut pole = self.rightmost(direction, *high)?;
@@ -148,7 +149,7 @@ impl MarginSearch<'_> {
         Some(pole)
     }
 
-    /// The end of the range of each scalar that moves the pole to the right.
+    /// Returns the end of the range of each scalar that moves the pole to the right.
     fn towards_instability(&self, at: &Crossing) -> Option<Vec<f64>> {
         let a = self.perturbed(&at.direction, at.size)?;
         let n = a.nrows();
@@ -176,7 +177,7 @@ impl MarginSearch<'_> {
         Some(slopes.collect())
     }
 
-    /// The smallest crossing found from a direction; `reach` is the best known size.
+    /// Returns the smallest crossing found from a direction; `reach` is the best known size.
     fn descend(&self, direction: Vec<f64>, reach: f64) -> Option<Crossing> {
         // A first direction may need a larger size than the best known.
         let mut best = self.crossing(&direction, (reach * 8.0).min(LARGEST_SIZE_RATIO * self.smallest))?;
@@ -193,7 +194,7 @@ impl MarginSearch<'_> {
         Some(best)
     }
 
-    /// Reverses single scalars, and sets them to zero, as long as that helps.
+    /// Reverses single scalars, and sets them to zero, as long as that reduces the size.
     fn turn_single(&self, best: &mut Crossing) {
         for _ in 0..MARGIN_STEPS {
             let before = best.size;
@@ -212,7 +213,7 @@ impl MarginSearch<'_> {
         }
     }
 
-    /// The perturbation, with the singular matrix verified.
+    /// Returns the perturbation, with the singular matrix verified.
     fn bound(&self, at: &Crossing) -> Option<LowerBound> {
         let omega = at.pole.im.abs();
         let m = self.system.response(Complex::new(0.0, omega))?;

@@ -18,14 +18,14 @@ pub struct FrequencyMu {
     pub lower: Option<LowerBound>,
 }
 
-/// Upper and lower bounds of mu over all frequencies.
+/// Computes upper and lower bounds of mu over all frequencies.
 ///
 /// ```text
 /// upper >= sup over omega of mu(M(j omega)) >= lower,   M(s) = C (s I - A)^-1 B + D
 /// ```
 ///
 /// # Errors
-/// [`SweepError`].
+/// Returns [`SweepError`] if the upper bound fails.
 pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<FrequencyMu, SweepError> {
     check_stable(system, structure)?;
     let (mut upper, mut lower) = (FrequencyBound::default(), None);
@@ -54,9 +54,9 @@ mod tests {
     use crate::mu::structure::Block;
     use nalgebra::dmatrix;
 
-    /// A loop with integral control around a mass that is actuated through a lag: mass and damping uncertain by 30 %,
-    /// acting on acceleration and velocity, one of which is the derivative of the other; stiffness by 40 %, actuator by
-    /// 50 %.
+    /// Returns a loop with integral control around a mass that is actuated through a lag: mass and damping uncertain by
+    /// 30 %, acting on acceleration and velocity, one of which is the derivative of the other; stiffness by 40 %,
+    /// actuator by 50 %.
     fn mass(leak: f64, gain: f64) -> StateSpace {
         let (kp, ki, kd) = (2.0 * gain, 0.5 * gain, 1.5);
         StateSpace {
@@ -87,8 +87,8 @@ mod tests {
         }
     }
 
-    /// The loop is unstable for `(q1 - 1)^2 + (q2 - 1)^2 <= 0.01`: an island, reached first at (1.1, 1), a margin of
-    /// 3/11 (J. Ackermann's example; q1 = 1.4 + 1.1 delta_1, q2 = 0.85 + 0.85 delta_2).
+    /// Returns a loop that is unstable for `(q1 - 1)^2 + (q2 - 1)^2 <= 0.01`: an isolated region, reached first at
+    /// (1.1, 1), a margin of 3/11 (J. Ackermann's example; q1 = 1.4 + 1.1 delta_1, q2 = 0.85 + 0.85 delta_2).
     fn island() -> StateSpace {
         StateSpace {
             a: dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -16.89, -5.25, -3.25],
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn an_island_is_found() {
+    fn an_isolated_region_of_instability_is_found() {
         let (lower, upper) = both(&island(), &[Block::Real(1), Block::Real(2)]);
         let exact = 11.0 / 3.0;
         assert!(
@@ -113,12 +113,12 @@ mod tests {
         );
     }
 
-    /// In other coordinates and units of time, and with the blocks in another order.
+    /// The bounds are the same in other coordinates and units of time, and with the blocks in another order.
     #[test]
     fn bounds_do_not_depend_on_the_representation() {
         let system = island();
-        let turn = dmatrix![0.6, -0.8, 0.0; 0.8, 0.6, 0.0; 0.0, 0.0, 1.0];
-        let t = &turn * crate::matrix::diagonal([1e-2, 1.0, 1e2]) * turn.transpose();
+        let rotation = dmatrix![0.6, -0.8, 0.0; 0.8, 0.6, 0.0; 0.0, 0.0, 1.0];
+        let t = &rotation * crate::matrix::diagonal([1e-2, 1.0, 1e2]) * rotation.transpose();
         let back = t.clone().try_inverse().unwrap();
         let similar = StateSpace {
             a: &t * &system.a * &back,

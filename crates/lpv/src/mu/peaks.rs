@@ -8,7 +8,7 @@ use super::upper::upper_bound;
 use crate::stop;
 use crate::system::StateSpace;
 
-/// The number of frequencies at which a perturbation is sought, and their least ratio.
+/// The number of frequencies at which a perturbation is searched, and their least ratio.
 const FREQUENCIES: usize = 4;
 const APART: f64 = 1.05;
 
@@ -20,11 +20,11 @@ const FIRST_STRIDE: f64 = 1.1;
 const STRETCH: f64 = 1.5;
 const MOST_MOVES: usize = 40;
 
-/// A perturbation that gives a larger bound than the known one, or that one. `peaks` are frequencies (rad/s), the most
-/// promising first; `upper` is a bound for all frequencies.
+/// Returns a perturbation that gives a larger bound than the known one, or that one. `peaks` are frequencies (rad/s),
+/// the most promising first; `upper` is a bound for all frequencies.
 ///
 /// # Errors
-/// [`StructureError`] if the system does not fit the structure.
+/// Returns [`StructureError`] if the system does not fit the structure.
 pub(super) fn lower_at_peaks(
     system: &StateSpace,
     structure: &Structure,
@@ -53,7 +53,7 @@ pub(super) fn lower_at_peaks(
     Ok(best)
 }
 
-/// A perturbation followed along the frequency to its least size.
+/// Follows a perturbation along the frequency to its least size.
 fn along_frequency(system: &StateSpace, structure: &Structure, known: LowerBound) -> LowerBound {
     let mut best = known;
     let mut stride = FIRST_STRIDE;

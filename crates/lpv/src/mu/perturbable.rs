@@ -17,18 +17,18 @@ pub struct Perturbable {
 }
 
 impl Perturbable {
-    /// The numbers of inputs and outputs in addition to those of Delta.
+    /// Returns the numbers of inputs and outputs in addition to those of Delta.
     pub(super) fn performance(&self) -> (usize, usize) {
         let (outputs, inputs) = self.system.d.shape();
         (inputs.saturating_sub(self.structure.rows()), outputs.saturating_sub(self.structure.cols()))
     }
 
-    /// The system seen by Delta, from wd to zd, without idle states.
+    /// Returns the system from wd to zd, to which Delta is connected, without idle states.
     pub fn stability(&self) -> StateSpace {
         self.system.parts(0..self.structure.cols(), 0..self.structure.rows()).without_idle_states()
     }
 
-    /// The system from w to z with a real perturbation; `None` if the loop is not well posed with it.
+    /// Returns the system from w to z with a real perturbation; `None` if the loop is not well posed with it.
     pub fn closed(&self, delta: &CMat) -> Option<StateSpace> {
         let (k, w) = (self.structure.cols(), self.structure.rows());
         let s = &self.system;
@@ -48,17 +48,17 @@ impl Perturbable {
         })
     }
 
-    /// The structure with the full performance block.
+    /// Returns the structure with the full performance block.
     ///
     /// # Errors
-    /// [`StructureError::EmptyBlock`] if there is no input or no output in addition to those of Delta.
+    /// Returns [`StructureError::EmptyBlock`] if there is no input or no output in addition to those of Delta.
     pub fn with_performance(&self) -> Result<Structure, StructureError> {
         let (rows, cols) = self.performance();
         let blocks = self.structure.blocks().iter().copied();
         Structure::new(blocks.chain([Block::Full { rows, cols }]).collect())
     }
 
-    /// The system with zd in units of the size and z in units of `gain`.
+    /// Returns the system with zd in units of the size and z in units of `gain`.
     pub(super) fn scaled(&self, gain: f64) -> StateSpace {
         let mut out = self.system.clone();
         let k = self.structure.cols();

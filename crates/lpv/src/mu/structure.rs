@@ -8,21 +8,21 @@ use thiserror::Error;
 /// A block of a perturbation, w = Delta z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Block {
-    /// `delta I` with a real delta; the number of repetitions.
+    /// A real scalar, `delta I`; the number of repetitions.
     Real(usize),
-    /// `delta I` with a complex delta; the number of repetitions.
+    /// A complex scalar, `delta I`; the number of repetitions.
     Complex(usize),
-    /// Any complex matrix.
+    /// A full complex matrix.
     Full {
-        /// Its rows: entries of w.
+        /// Number of rows: entries of w.
         rows: usize,
-        /// Its columns: entries of z.
+        /// Number of columns: entries of z.
         cols: usize,
     },
 }
 
 impl Block {
-    /// Entries of w.
+    /// Returns the number of entries of w.
     pub fn rows(self) -> usize {
         match self {
             Self::Real(r) | Self::Complex(r) => r,
@@ -30,7 +30,7 @@ impl Block {
         }
     }
 
-    /// Entries of z.
+    /// Returns the number of entries of z.
     pub fn cols(self) -> usize {
         match self {
             Self::Real(r) | Self::Complex(r) => r,
@@ -39,7 +39,7 @@ impl Block {
     }
 }
 
-/// A list of blocks on the diagonal.
+/// A list of blocks on the diagonal of a perturbation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Structure(Vec<Block>);
 
@@ -47,16 +47,16 @@ pub struct Structure(Vec<Block>);
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StructureError {
-    /// A block must have at least one row and one column.
+    /// A block without rows or columns.
     #[error("block {number} is empty; a block has at least one row and one column")]
     EmptyBlock {
         /// The number of the block, from 1.
         number: usize,
     },
-    /// There must be at least one block.
+    /// A structure without blocks.
     #[error("there is no block")]
     NoBlock,
-    /// The usual notation of a block is [-r, 0], [r, 0] or [p, q].
+    /// A block that is not in the usual notation [-r, 0], [r, 0] or [p, q].
     #[error(
         "block {number} is [{}, {}]; a block is [-r, 0] (a real scalar repeated r times), [r, 0] (a complex \
          one) or [p, q] (a full complex block)",
@@ -68,17 +68,19 @@ pub enum StructureError {
         number: usize,
         found: (i64, i64),
     },
-    /// M must map w to z.
+    /// A matrix M that does not map w to z.
     #[error("M is {} x {}; for these blocks it must be {} x {}", found.0, found.1, expected.0, expected.1)]
     Shape { found: (usize, usize), expected: (usize, usize) },
-    /// Every entry of M must be finite.
+    /// A matrix M with an entry that is not finite.
     #[error("M has an entry that is not finite")]
     NotFinite,
 }
 
 impl Structure {
+    /// Builds a structure from its blocks.
+    ///
     /// # Errors
-    /// [`StructureError::NoBlock`], [`StructureError::EmptyBlock`].
+    /// Returns [`StructureError::NoBlock`] or [`StructureError::EmptyBlock`].
     pub fn new(blocks: Vec<Block>) -> Result<Self, StructureError> {
         if blocks.is_empty() {
             return Err(StructureError::NoBlock);
@@ -89,7 +91,7 @@ impl Structure {
         }
     }
 
-    /// A perturbation with each block replaced for which there is another.
+    /// Returns a perturbation with each block replaced for which `part` returns another.
     pub(super) fn replaced(
         &self,
         mut delta: CMat,
@@ -103,21 +105,22 @@ impl Structure {
         delta
     }
 
-    /// No perturbation.
+    /// Returns the zero perturbation.
     pub(super) fn zeros(&self) -> CMat {
         CMat::zeros(self.rows(), self.cols())
     }
 
-    /// A structure of nonempty blocks.
+    /// Returns a structure of nonempty blocks.
     pub(super) fn of(blocks: Vec<Block>) -> Self {
         Self(blocks)
     }
 
-    /// From the usual notation: `[-r, 0]` a real scalar repeated r times, `[r, 0]` a complex one, `[p, q]` a full
-    /// block of p rows and q columns. `[-1, 1]` is taken for `[-1, 0]`, and `[1, 1]` is a complex scalar either way.
+    /// Builds a structure from the usual notation: `[-r, 0]` a real scalar repeated r times, `[r, 0]` a complex one,
+    /// `[p, q]` a full block of p rows and q columns. `[-1, 1]` is read as `[-1, 0]`; `[1, 1]` is a complex scalar
+    /// either way.
     ///
     /// # Errors
-    /// [`StructureError`].
+    /// Returns [`StructureError`] for an invalid block.
     pub fn from_notation(blocks: &[(i64, i64)]) -> Result<Self, StructureError> {
         let block = |(k, &(p, q)): (usize, &(i64, i64))| match (p, q) {
             (-1, 1) => Ok(Block::Real(1)),
@@ -130,12 +133,12 @@ impl Structure {
         Self::new(blocks.iter().enumerate().map(block).collect::<Result<_, _>>()?)
     }
 
-    /// The blocks.
+    /// Returns the blocks.
     pub fn blocks(&self) -> &[Block] {
         &self.0
     }
 
-    /// The number of real unknowns of D-G scalings.
+    /// Returns the number of real unknowns of D-G scalings.
     pub(super) fn unknowns(&self) -> usize {
         let of = |block: &Block| match block {
             Block::Real(r) => 2 * r * r,
@@ -145,28 +148,28 @@ impl Structure {
         self.0.iter().map(of).sum()
     }
 
-    /// Entries of w.
+    /// Returns the number of entries of w.
     pub fn rows(&self) -> usize {
         self.0.iter().map(|b| b.rows()).sum()
     }
 
-    /// Entries of z.
+    /// Returns the number of entries of z.
     pub fn cols(&self) -> usize {
         self.0.iter().map(|b| b.cols()).sum()
     }
 
-    /// Each block with its entries of w and of z.
+    /// Returns each block with its entries of w and of z.
     pub fn places(&self) -> Vec<(Block, Range<usize>, Range<usize>)> {
         let (mut row, mut col) = (0, 0);
-        let place = |b: &Block| {
+        let entries = |b: &Block| {
             let ranges = (*b, row..row + b.rows(), col..col + b.cols());
             (row, col) = (ranges.1.end, ranges.2.end);
             ranges
         };
-        self.0.iter().map(place).collect()
+        self.0.iter().map(entries).collect()
     }
 
-    /// Whether every block is a real scalar.
+    /// Returns `true` if every block is a real scalar.
     pub fn is_real(&self) -> bool {
         self.0.iter().all(|b| matches!(b, Block::Real(_)))
     }
@@ -174,7 +177,7 @@ impl Structure {
     /// Checks that M maps w to z.
     ///
     /// # Errors
-    /// [`StructureError::Shape`], [`StructureError::NotFinite`].
+    /// Returns [`StructureError::Shape`], [`StructureError::NotFinite`].
     pub fn check(&self, m: &CMat) -> Result<(), StructureError> {
         let expected = (self.cols(), self.rows());
         if m.shape() != expected {
@@ -186,7 +189,7 @@ impl Structure {
         Ok(())
     }
 
-    /// Whether `delta` has this structure, to rounding.
+    /// Returns `true` if `delta` has this structure, to rounding.
     pub fn holds(&self, delta: &CMat) -> bool {
         if delta.shape() != (self.rows(), self.cols()) {
             return false;
@@ -206,13 +209,13 @@ impl Structure {
     }
 }
 
-/// Random structures and matrices, for the tests of all bounds.
+/// Random structures and matrices for the tests of all bounds.
 #[cfg(test)]
 pub(super) mod random {
     use super::*;
     use proptest::prelude::*;
 
-    /// Random blocks of every kind.
+    /// Returns random blocks of every kind.
     pub(crate) fn blocks(most: usize) -> impl Strategy<Value = Structure> {
         let block = prop_oneof![
             (1usize..3).prop_map(Block::Real),
@@ -222,7 +225,7 @@ pub(super) mod random {
         prop::collection::vec(block, 1..most).prop_map(|blocks| Structure::new(blocks).unwrap())
     }
 
-    /// A structure, and a matrix for it.
+    /// Returns a structure, and a matrix for it.
     pub(crate) fn problem() -> impl Strategy<Value = (Structure, CMat)> {
         blocks(5).prop_flat_map(|structure| {
             let (rows, cols) = (structure.cols(), structure.rows());

@@ -1,10 +1,10 @@
 //! A bound on mu that holds at every frequency from 0 to infinity, not only on a grid.
 //!
 //! Scalings found at one or two frequencies hold on an interval; frequencies are added until the intervals cover the
-//! axis. If no scalings achieve the level, it is raised, by no more than necessary: so it ends close above the largest
-//! of the bounds at single frequencies. If that would take too many intervals, because the bound is nearly constant
-//! over a wide range of frequencies, the level is raised in growing steps: a sweep ends after a limited number of
-//! steps, with a guaranteed bound or an error that states where there is none.
+//! axis. If no scalings achieve the level, it is raised, by no more than necessary: it ends close above the largest of
+//! the bounds at single frequencies. If that would take too many intervals, because the bound is nearly constant over a
+//! wide range of frequencies, the level is raised in growing steps: a sweep ends after a limited number of steps, with
+//! a guaranteed bound or an error that states the uncovered frequencies.
 
 use super::components::of_system;
 use super::coordinates::{balanced, block_scaled};
@@ -36,7 +36,7 @@ pub struct Piece {
 /// A bound for all frequencies.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FrequencyBound {
-    /// mu is below this at every frequency from 0 to infinity.
+    /// Upper bound of mu at every frequency from 0 to infinity.
     pub upper: f64,
     /// The frequency of the largest bound at a single frequency, rad/s.
     pub frequency: f64,
@@ -48,36 +48,36 @@ pub struct FrequencyBound {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum SweepError {
-    /// The unperturbed loop must be stable.
+    /// A loop that is unstable without perturbation.
     #[error("the loop is unstable without any perturbation: a mode has real part {re:.3e}")]
     Unstable { re: f64 },
-    /// M must fit the structure.
+    /// A system that does not fit the structure.
     #[error(transparent)]
     Structure(#[from] StructureError),
-    /// The intervals do not cover the axis.
+    /// A part of the frequency axis that the intervals do not cover.
     #[error("the bound could not be shown {} rad/s", range(*from, *to))]
     Stuck { from: f64, to: f64 },
 }
 
-/// A range in words, as one number if its digits agree.
+/// Formats a range, as one number if its digits agree.
 fn range(from: f64, to: f64) -> String {
     let [first, last] = [from, to].map(|v| format!("{v:.6e}"));
     if first == last { format!("near {first}") } else { format!("between {first} and {last}") }
 }
 
-/// The least relative raise of the level over the largest bound at a single frequency, and the tolerance that leads to
-/// it.
+/// The least relative increase of the level over the largest bound at a single frequency, and the corresponding
+/// tolerance.
 pub const CLOSEST: f64 = 5e-5;
 
-/// The number of unknowns of scalings up to which full accuracy is used. Above it, that raise and the tolerance of the
-/// bounds at single frequencies grow with the power 1.5.
+/// The number of unknowns of scalings up to which full accuracy is used. Above it, that increase and the tolerance of
+/// the bounds at single frequencies grow with the power 1.5.
 const EASY_UNKNOWNS: f64 = 200.0;
 
-/// The relative raise of the level for an interval that is short and slower than every mode.
+/// The relative increase of the level for an interval that is short and slower than every mode.
 const SHORT_INTERVAL_RAISE: f64 = 2e-3;
 
-/// The allowed raise of the level over the largest bound at a single frequency for scalings of two frequencies, and the
-/// number of intervals from which it is allowed.
+/// The allowed increase of the level over the largest bound at a single frequency for scalings of two frequencies, and
+/// the number of intervals from which it is allowed.
 const WIDE_RAISE: f64 = 5e-4;
 const WIDE_COUNT: usize = 160;
 
@@ -90,7 +90,7 @@ const EASY_COUNT: usize = 300;
 const EASY_COST: usize = 100_000;
 const RAISE_COUNT: usize = 100;
 
-/// The largest number of steps, and of those that give no interval.
+/// The largest number of steps, and of those without a new interval.
 pub(super) const MOST_STEPS: usize = 4000;
 pub(super) const MOST_FAILURES: usize = 20;
 
@@ -98,7 +98,7 @@ pub(super) const MOST_FAILURES: usize = 20;
 /// frequency, or a little more where intervals are short; [`CLOSEST`] is the least tolerance.
 ///
 /// # Errors
-/// [`SweepError`].
+/// Returns [`SweepError`] if the loop is unstable, the structure does not fit or the axis is not covered.
 pub fn bound_over_frequency(
     system: &StateSpace,
     structure: &Structure,
@@ -113,8 +113,8 @@ pub fn bound_over_frequency(
     Ok(all)
 }
 
-/// The bound of one component in balanced coordinates. It need not be below the `known` lower bound, whose frequency is
-/// also tried.
+/// Returns the bound of one component in balanced coordinates. It need not be below the `known` lower bound, whose
+/// frequency is also tried.
 pub(super) fn swept(
     system: &StateSpace,
     structure: &Structure,
@@ -138,7 +138,7 @@ pub(super) fn swept(
 /// Checks that a loop is stable without perturbation and fits the structure.
 ///
 /// # Errors
-/// [`SweepError::Unstable`]; [`SweepError::Structure`].
+/// Returns [`SweepError::Unstable`] or [`SweepError::Structure`].
 pub(super) fn check_stable(system: &StateSpace, structure: &Structure) -> Result<(), SweepError> {
     structure.check(&system.d.map(Complex::from))?;
     let re = spectral_abscissa(&block_scaled(system, structure).a);
@@ -149,8 +149,8 @@ pub(super) fn check_stable(system: &StateSpace, structure: &Structure) -> Result
 }
 
 impl Interval {
-    /// The relative raise of the level for a short interval if there are `count` intervals already, for a system with
-    /// `states` states.
+    /// Returns the relative increase of the level for a short interval if there are `count` intervals already, for a
+    /// system with `states` states.
     pub(super) fn level_raise(&self, omega: f64, count: usize, states: usize) -> f64 {
         let beyond = count.saturating_sub(EASY_COUNT + EASY_COST / (states * states).max(1));
         let raise = SHORT_INTERVAL_RAISE * 2f64.powi((beyond / RAISE_COUNT) as i32);
@@ -169,7 +169,7 @@ struct Sweep<'a> {
     /// The frequencies of scalings found, with the scalings.
     starts: Vec<(f64, DgScalings)>,
     covered: Covered,
-    /// The number of scalings that held on no interval.
+    /// The number of scalings that were valid on no interval.
     failures: usize,
     wide: Wide,
 }
@@ -212,7 +212,7 @@ impl<'a> Sweep<'a> {
         }
         // Real blocks may have a mu of zero almost everywhere.
         self.level = self.level.max(1e-6 * largest).max(LEAST_LEVEL);
-        // The peak first: then few of the others raise the level.
+        // The peak comes first: few of the others then raise the level.
         for omega in peak.into_iter().chain(points) {
             self.add(omega)?;
         }
@@ -233,7 +233,7 @@ impl<'a> Sweep<'a> {
         let Some(m) = response(self.system, omega) else { return Ok(()) };
         let nearest = self.starts.iter().min_by(|a, b| (a.0 - omega).abs().total_cmp(&(b.0 - omega).abs()));
         let start = nearest.map(|(_, scalings)| scalings.clone());
-        // Near a short interval, scalings for one frequency are not tried.
+        // Scalings for one frequency are not tried near a short interval.
         if self.wide.is_first(omega) && self.widened(omega, start.as_ref())? {
             return Ok(());
         }
@@ -254,7 +254,7 @@ impl<'a> Sweep<'a> {
         let is_added = self.covered.add(omega, interval);
         self.failures += usize::from(!is_added);
         if interval.is_short(omega) && (omega < self.wide.slow || !is_added) {
-            // Below every mode only the phase changes, from zero: real blocks have a lower bound at zero than near it.
+            // Only the phase changes below every mode, from zero: real blocks have a lower bound at zero than near it.
             self.level *= 1.0 + SHORT_INTERVAL_RAISE;
         } else {
             self.level *= 1.0 + interval.level_raise(omega, self.covered.count(), self.system.a.nrows());
@@ -268,7 +268,7 @@ impl<'a> Sweep<'a> {
         upper_bound_with(m, self.structure, options)
     }
 
-    /// Covers a frequency by scalings for two frequencies around it; whether there are such.
+    /// Covers a frequency by scalings for two frequencies around it; returns `true` if there are such.
     fn widened(&mut self, omega: f64, start: Option<&DgScalings>) -> Result<bool, SweepError> {
         let ceiling = if self.covered.count() < WIDE_COUNT { 0.0 } else { self.peak.1 * (1.0 + WIDE_RAISE) };
         let levels = Levels { level: self.level, ceiling };
@@ -295,7 +295,7 @@ impl<'a> Sweep<'a> {
 }
 
 impl FrequencyBound {
-    /// Includes the bound of another component.
+    /// Merges the bound of another component.
     pub(super) fn add(&mut self, mut other: Self) {
         if other.upper > self.upper {
             (self.upper, self.frequency) = (other.upper, other.frequency);
@@ -303,7 +303,7 @@ impl FrequencyBound {
         self.pieces.append(&mut other.pieces);
     }
 
-    /// Frequencies (rad/s), those with the largest bounds first.
+    /// Returns the frequencies (rad/s), those with the largest bounds first.
     pub(super) fn peaks(&self) -> Vec<f64> {
         let mut best: Vec<(f64, f64)> = self.pieces.iter().map(|p| (p.value, p.frequency)).collect();
         best.push((f64::INFINITY, self.frequency));
@@ -318,7 +318,7 @@ mod tests {
     use crate::mu::structure::Block;
     use nalgebra::dmatrix;
 
-    /// A mass on a spring with both uncertain: a bound within a larger tolerance is a bound, at most that much larger.
+    /// A bound within a larger tolerance, of a mass and a spring both uncertain, is a bound, at most that much larger.
     #[test]
     fn a_bound_is_within_the_tolerance() {
         let system = StateSpace {
@@ -336,8 +336,8 @@ mod tests {
         }
     }
 
-    /// A barely damped mode without effect on the response: near its frequency no scalings are known to hold, and the
-    /// sweep reports that, instead of continuing forever.
+    /// No scalings are known to hold near the frequency of a barely damped mode without effect on the response; the
+    /// sweep reports that and ends.
     #[test]
     fn a_mode_near_the_axis_is_reported() {
         let (re, im) = (1e-13, 1.0);

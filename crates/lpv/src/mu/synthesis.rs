@@ -6,10 +6,10 @@
 //!    then d(s) = k prod (s + z_i)/(s + p_i) fitted to each scaling
 //! ```
 //!
-//! Neither step raises the bound of mu but for the fit; the result is a local optimum. Real blocks are taken as complex
-//! ones in the iteration, and as real ones in the returned bound. Source: J. C. Doyle, "Structured uncertainty in
-//! control system design", IEEE Conference on Decision and Control, 1985; G. J. Balas et al., "mu-Analysis and
-//! Synthesis Toolbox", 1993.
+//! Neither step raises the bound of mu except by the error of the fit; the result is a local optimum. Real blocks are
+//! taken as complex ones in the iteration, and as real ones in the returned bound. Source: J. C. Doyle, "Structured
+//! uncertainty in control system design", IEEE Conference on Decision and Control, 1985; G. J. Balas et al.,
+//! "mu-Analysis and Synthesis Toolbox", 1993.
 
 use super::over_frequency::mu_over_frequency;
 use super::structure::{Block, Structure};
@@ -49,17 +49,17 @@ pub struct MuDesign {
     pub closed: StateSpace,
     /// Upper bound of mu of the loop at every frequency, in floating point.
     pub mu: f64,
-    /// That bound for the controller of each iteration.
+    /// The same bound for the controller of each iteration.
     pub history: Vec<f64>,
 }
 
 /// An iteration without a result.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum MuSynthesisError {
-    /// There is no first controller.
+    /// Failure to find a first controller.
     #[error(transparent)]
     Synthesis(#[from] SynthesisError),
-    /// The structure does not fit, or mu cannot be bounded.
+    /// A structure that does not fit, or a mu that cannot be bounded.
     #[error(transparent)]
     Mu(#[from] SweepError),
 }
@@ -69,19 +69,19 @@ pub enum MuSynthesisError {
 /// `structure` has the blocks of `w = Delta z`; a requirement on the gain is one more full block.
 ///
 /// # Errors
-/// [`MuSynthesisError`], if there is no first controller.
+/// Returns [`MuSynthesisError`] if there is no first controller.
 pub fn musyn(
     plant: &GeneralisedPlant,
     d22: &Mat,
     structure: &Structure,
     options: MuOptions,
 ) -> Result<MuDesign, MuSynthesisError> {
-    let sought = Options { back_off: options.back_off, ..Options::default() };
+    let synthesis_options = Options { back_off: options.back_off, ..Options::default() };
     let mut scalings = vec![Scaling::one(); scaled_signals(structure).len()];
     let mut best: Option<MuDesign> = None;
     let mut history = vec![];
     for _ in 0..options.iterations {
-        let design = direct_path::synthesise(&scaled(plant, structure, &scalings), d22, sought);
+        let design = direct_path::synthesise(&scaled(plant, structure, &scalings), d22, synthesis_options);
         let next = design.map_err(MuSynthesisError::from).and_then(|design| {
             let looped = direct_path::around(&design.controller, &-d22);
             let closed = looped.and_then(|k| plant.close(&k).frozen(&[]).ok());
@@ -115,7 +115,8 @@ const STAGE: &str = "D-K iteration";
 /// The relative decrease of mu below which the iteration ends.
 const LEAST_IMPROVEMENT: f64 = 1e-3;
 
-/// Rows (of w) and columns (of z) of each scaling: one for each entry of a repeated scalar, one for a full block.
+/// Returns rows (of w) and columns (of z) of each scaling: one for each entry of a repeated scalar, one for a full
+/// block.
 fn scaled_signals(structure: &Structure) -> Vec<(usize, usize)> {
     let of = |block: &Block| match *block {
         Block::Real(r) | Block::Complex(r) => vec![(1, 1); r],
@@ -124,7 +125,7 @@ fn scaled_signals(structure: &Structure) -> Vec<(usize, usize)> {
     structure.blocks().iter().flat_map(of).collect()
 }
 
-/// `k prod (s + z_i)/(s + p_i)` with positive k, z_i and p_i: stable, with a stable inverse.
+/// A scaling `k prod (s + z_i)/(s + p_i)` with positive k, z_i and p_i: stable, with a stable inverse.
 #[derive(Debug, Clone, PartialEq)]
 struct Scaling {
     gain: f64,
@@ -141,7 +142,7 @@ impl Scaling {
         Self { gain: 1.0 / self.gain, zeros: self.poles.clone(), poles: self.zeros.clone() }
     }
 
-    /// A realisation: the factors `1 + (z - p)/(s + p)` in series.
+    /// Returns a realisation: the factors `1 + (z - p)/(s + p)` in series.
     fn realised(&self) -> StateSpace {
         let n = self.poles.len();
         // The input of factor i is the sum of the input and of the outputs of all earlier factors.
@@ -154,7 +155,8 @@ impl Scaling {
         StateSpace { a, b: Mat::from_element(n, 1, 1.0), c, d: Mat::from_element(1, 1, self.gain) }
     }
 
-    /// The logarithm of its magnitude at a frequency, by the logarithms of gain, zeros and poles, and its derivatives.
+    /// Returns the logarithm of its magnitude at a frequency, by the logarithms of gain, zeros and poles, and its
+    /// derivatives.
     fn log_magnitude(parameters: &DVector<f64>, omega: f64) -> (f64, DVector<f64>) {
         let order = (parameters.len() - 1) / 2;
         let mut value = parameters[0];
@@ -170,7 +172,7 @@ impl Scaling {
     }
 }
 
-/// P with its scalings.
+/// Returns P with its scalings.
 fn scaled(plant: &GeneralisedPlant, structure: &Structure, scalings: &[Scaling]) -> GeneralisedPlant {
     let copies = |of: fn(&(usize, usize)) -> usize, inverse: bool| {
         let signals = scaled_signals(structure);
@@ -192,7 +194,7 @@ fn scaled(plant: &GeneralisedPlant, structure: &Structure, scalings: &[Scaling])
     GeneralisedPlant::of_system(&scaled, sizes, vec![]).0
 }
 
-/// Scalings fitted to those of the loop on a grid of frequencies, relative to the last one.
+/// Fits scalings to those of the loop on a grid of frequencies, relative to the last one.
 fn fitted(closed: &StateSpace, structure: &Structure, order: usize) -> Vec<Scaling> {
     let signals = scaled_signals(structure);
     let full = signals.iter().map(|&(rows, cols)| Block::Full { rows, cols }).collect();
@@ -233,7 +235,7 @@ fn fitted(closed: &StateSpace, structure: &Structure, order: usize) -> Vec<Scali
         .collect()
 }
 
-/// A frequency (rad/s), the logarithm of a scaling there, and how much it counts in the fit.
+/// A frequency (rad/s), the logarithm of a scaling there, and its weight in the fit.
 struct Point {
     omega: f64,
     log: f64,
@@ -243,14 +245,14 @@ struct Point {
 /// The number of frequencies at which scalings are computed.
 const POINTS: usize = 80;
 
-/// The power of mu, relative to its peak, with which a frequency counts in the fit.
+/// The power of mu, relative to its peak, by which a frequency is weighted in the fit.
 const WEIGHT_POWER: i32 = 2;
 
 /// The weighted rms error of the logarithm of a scaling below which no higher order is tried.
 const FIT_ERROR: f64 = 5e-3;
 
-/// The scaling of an order with the least weighted squared error of the logarithm, by Levenberg's method, and its rms
-/// error.
+/// Fits the scaling of an order with the least weighted squared error of the logarithm, by Levenberg's method; returns
+/// it and its rms error.
 fn fit(points: &[Point], order: usize) -> (Scaling, f64) {
     let total: f64 = points.iter().map(|p| p.weight).sum();
     let error = |parameters: &DVector<f64>| {
@@ -262,15 +264,15 @@ fn fit(points: &[Point], order: usize) -> (Scaling, f64) {
     if points.len() < 2 {
         return (Scaling::one(), 0.0);
     }
-    // A zero and a pole about the middle of each part of the curve that rises and falls by as much as the others.
+    // Place a zero and a pole about the middle of each part of the curve; all parts rise and fall by equal amounts.
     let steps: Vec<f64> = points.windows(2).map(|pair| pair[1].log - pair[0].log).collect();
     let total_variation: f64 = steps.iter().map(|step| step.abs()).sum();
     for i in 0..order {
-        let wanted = (i as f64 + 0.5) / order as f64 * total_variation;
+        let target = (i as f64 + 0.5) / order as f64 * total_variation;
         let mut passed = 0.0;
         let at = steps.iter().position(|step| {
             passed += step.abs();
-            passed >= wanted
+            passed >= target
         });
         let at = at.unwrap_or_default();
         let (omega, step) = (points[at].omega.ln(), steps[at]);

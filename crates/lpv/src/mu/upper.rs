@@ -23,9 +23,9 @@ use scaling::Family;
 /// A bound with the scalings that prove it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UpperBound {
-    /// mu is at most this.
+    /// Upper bound of mu.
     pub value: f64,
-    /// `M* D M + j (G M - M* G) <= value^2 D`, by eigenvalues.
+    /// Scalings with `M* D M + j (G M - M* G) <= value^2 D`, by eigenvalues.
     pub scalings: DgScalings,
     /// Scalings to start from for a similar matrix.
     pub start: DgScalings,
@@ -63,12 +63,12 @@ impl Default for UpperBoundOptions<'_> {
 /// Source: M. K. H. Fan, A. L. Tits, J. C. Doyle, IEEE Trans. Automatic Control 36(1), 1991.
 ///
 /// # Errors
-/// [`StructureError`] if M does not fit the structure.
+/// Returns [`StructureError`] if M does not fit the structure.
 pub fn upper_bound(m: &CMat, structure: &Structure) -> Result<UpperBound, StructureError> {
     upper_bound_with(m, structure, UpperBoundOptions::default())
 }
 
-/// A bound without a search, for a matrix of that Frobenius norm.
+/// Returns a bound without a search, for a matrix of that Frobenius norm.
 fn unscaled(structure: &Structure, norm: f64) -> UpperBound {
     let family = Family::new(structure);
     let gap = if norm > 0.0 { f64::INFINITY } else { 0.0 };
@@ -79,7 +79,7 @@ fn unscaled(structure: &Structure, norm: f64) -> UpperBound {
 /// Bounds mu of M with options.
 ///
 /// # Errors
-/// As [`common_bound`].
+/// Errors of [`common_bound`].
 pub fn upper_bound_with(
     m: &CMat,
     structure: &Structure,
@@ -91,7 +91,7 @@ pub fn upper_bound_with(
 /// Bounds mu of several matrices by the same scalings.
 ///
 /// # Errors
-/// [`StructureError`] if one does not fit the structure.
+/// Returns [`StructureError`] if a matrix does not fit the structure.
 pub fn common_bound(
     all: &[CMat],
     structure: &Structure,
@@ -102,8 +102,8 @@ pub fn common_bound(
     Ok(if parts.len() > 1 { joined(all, structure, &parts, options) } else { found(all, structure, options) })
 }
 
-/// The bound of matrices with several components: each is bounded separately, and the paths from one to another are
-/// made small by the weights of their scalings.
+/// Bounds matrices with several components: each is bounded separately, and the paths from one to another are made
+/// small by the weights of their scalings.
 fn joined(
     all: &[CMat],
     structure: &Structure,
@@ -137,7 +137,7 @@ fn joined(
         let Some(lambda) = least_lambda(&units, &scalings) else { continue };
         let value = lambda.max(0.0).sqrt();
         if value < best.value {
-            // The contribution of the paths between components is not the least either.
+            // The contribution of the paths between components is part of the gap.
             let gap = gap.max(1.0 - largest / value);
             best = UpperBound { value, scalings, start: scalings_of(|bound| &bound.start), gap };
         }
@@ -165,7 +165,7 @@ fn found(
     if entry == 0.0 {
         return unscaled(structure, 0.0);
     }
-    // Entries of about one, so that squares neither vanish nor overflow.
+    // Entries of about one: their squares neither vanish nor overflow.
     let units: Vec<CMat> = all.iter().map(|m| m.unscale(entry)).collect();
     let balance = Balance::new(&units, structure);
     let norm = |m: &CMat| complex_singular_values(m).first().copied().unwrap_or(f64::NAN);
@@ -194,7 +194,7 @@ mod tests {
     use nalgebra::{Complex, dmatrix};
     use proptest::prelude::*;
 
-    /// The least eigenvalue of `value^2 D - left`, its diagonal scaled to one.
+    /// Returns the least eigenvalue of `value^2 D - left`, its diagonal scaled to one.
     fn margin(bound: &UpperBound, value: f64, m: &CMat) -> f64 {
         let s = &bound.scalings;
         let phi = &s.dw * Complex::new(value * value, 0.0) - s.left(m);
@@ -210,7 +210,7 @@ mod tests {
 
     /// Matrices with zeros for which mu is the largest of the diagonal blocks, however large the entries on one side.
     #[test]
-    fn paths_without_return_have_no_effect() {
+    fn one_way_paths_have_no_effect() {
         let of = |rows: &[[f64; 3]; 3], blocks: Vec<Block>| {
             let m = CMat::from_fn(3, 3, |i, j| Complex::new(rows[i][j], 0.0));
             upper_bound(&m, &Structure::new(blocks).unwrap()).unwrap().value
@@ -234,7 +234,7 @@ mod tests {
     /// Three channels of one scalar in the direct term of P. Polcz's model LPV4D, github.com/ppolcz/LPV_L2: mu is 0.6,
     /// because p1 = -2 at theta = -5/3.
     #[test]
-    fn channels_of_a_repeated_scalar_are_bounded_apart() {
+    fn channels_of_a_repeated_scalar_are_bounded_separately() {
         let m = dmatrix![-0.6, 0.0, 0.0; 0.0, 0.0, -0.6; 0.0, 0.0, -0.6].map(Complex::from);
         let bound = upper_bound(&m, &Structure::new(vec![Block::Real(3)]).unwrap()).unwrap();
         assert!((0.6..0.6001).contains(&bound.value), "{}", bound.value);
@@ -279,7 +279,7 @@ mod tests {
 
     /// One real scalar on a complex entry: 1 - m delta is never zero, and scalings prove it.
     #[test]
-    fn a_real_scalar_on_a_complex_entry_does_nothing() {
+    fn a_real_scalar_on_a_complex_entry_has_zero_mu() {
         let structure = Structure::new(vec![Block::Real(1)]).unwrap();
         for (re, im) in [(0.0, 1.0), (2.894, 5.655), (-42.449, -65.026), (-1e3, 1.0), (1.0, -0.1)] {
             let m = CMat::from_element(1, 1, Complex::new(re, im));
@@ -288,10 +288,10 @@ mod tests {
         }
     }
 
-    /// One repeated real scalar and a real matrix: mu is its largest real eigenvalue, here 1, with a larger complex
+    /// mu of one repeated real scalar and a real matrix is its largest real eigenvalue, here 1, with a larger complex
     /// pair. The scalings reach it only in the limit, where rounding might take the bound below it.
     #[test]
-    fn a_limit_of_scalings_is_not_overshot() {
+    fn a_bound_in_the_limit_is_not_below_mu() {
         for (re, im, coupling) in [(-1.9, 1.1, 0.3), (0.2, 3.0, 0.3), (-1.2, 0.1, 0.1), (-1.0, 0.7, 1.0)] {
             let t =
                 Mat::from_fn(3, 3, |i, j| if i == j { 1.0 } else { coupling * (i as f64 - 2.0 * j as f64) });
@@ -328,7 +328,7 @@ mod tests {
     proptest! {
         /// mu scales with the matrix, from the smallest numbers to the largest.
         #[test]
-        fn a_bound_is_as_large_as_its_matrix((structure, m) in problem(), power in -1000..300i32) {
+        fn a_bound_scales_with_its_matrix((structure, m) in problem(), power in -1000..300i32) {
             let value = upper_bound(&m, &structure).unwrap().value;
             let factor = 2f64.powi(power);
             let found = upper_bound(&m.scale(factor), &structure).unwrap().value / factor;
@@ -337,7 +337,7 @@ mod tests {
 
         /// The returned scalings prove the bound, and it is at most the largest singular value.
         #[test]
-        fn the_scalings_show_the_bound((structure, m) in problem()) {
+        fn the_scalings_prove_the_bound((structure, m) in problem()) {
             let bound = upper_bound(&m, &structure).unwrap();
             let size = complex_singular_values(&m)[0];
             prop_assert!(bound.value <= size * (1.0 + 1e-6));
@@ -366,7 +366,7 @@ mod tests {
 
         /// Common scalings of two matrices prove the bound for either, which is at least the bound of each.
         #[test]
-        fn common_scalings_show_both((structure, m) in problem(), part in 0.0..1.0f64) {
+        fn common_scalings_prove_both_bounds((structure, m) in problem(), part in 0.0..1.0f64) {
             let turn = |j: usize| Complex::from_polar(1.0 - part, part + j as f64);
             let other = CMat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * turn(j));
             let both = [m, other];
@@ -381,9 +381,9 @@ mod tests {
             }
         }
 
-        /// At a level above the bound scalings are found that hold there.
+        /// Scalings are found that hold at a level above the bound.
         #[test]
-        fn a_level_above_is_met((structure, m) in problem(), above in 1.01..3.0f64) {
+        fn a_level_above_the_bound_is_proved((structure, m) in problem(), above in 1.01..3.0f64) {
             let tight = upper_bound(&m, &structure).unwrap().value.max(1e-3);
             let at_level = UpperBoundOptions { level: above * tight, ..UpperBoundOptions::default() };
             let bound = upper_bound_with(&m, &structure, at_level).unwrap();

@@ -1,9 +1,9 @@
 //! Scalings that prove a level on an interval, computed for two frequencies.
 //!
 //! If rows of M are nearly dependent, the centre of all scalings that hold at one frequency is far out in a direction
-//! that M nearly annihilates there, and holds only nearby: on a hundredth of a frequency, however low the frequency and
-//! however high the level. The centre of all that hold at two frequencies is not. As Phi is concave in M, it is
-//! positive definite between them up to the curvature of M.
+//! that M nearly annihilates there, and holds only nearby: on a hundredth of a frequency, at any frequency and level.
+//! The centre of all that hold at two frequencies is not. As Phi is concave in M, it is positive definite between them
+//! up to the curvature of M.
 
 use super::interval::{Interval, good_interval};
 use super::structure::{Structure, StructureError};
@@ -12,13 +12,13 @@ use super::upper::{UpperBound, UpperBoundOptions, common_bound};
 use crate::system::StateSpace;
 use nalgebra::Complex;
 
-/// A frequency is slow below this fraction of the slowest mode.
+/// The fraction of the slowest mode below which a frequency is slow.
 const SLOW_RATIO: f64 = 0.05;
 
-/// The number of short intervals that is normal: some lie around every peak.
+/// The usual number of short intervals: some lie around every peak.
 const FEW_SHORT: usize = 32;
 
-/// The range of frequency ratios between whose ends scalings are sought, and the number of trials per frequency.
+/// The range of frequency ratios between whose ends scalings are searched, and the number of trials per frequency.
 const WIDEST: f64 = 4.0;
 const NARROWEST: f64 = 1.02;
 const TRIES: usize = 3;
@@ -49,7 +49,7 @@ pub(super) struct Wide {
     pub(super) slow: f64,
     /// The number of scalings for one frequency that held on a short interval.
     short: usize,
-    /// Whether the last did, and more than a few.
+    /// `true` if the last such interval was short, and more than a few were.
     narrow: bool,
     /// The ratio of frequencies to be tried next.
     ratio: f64,
@@ -61,12 +61,12 @@ impl Wide {
         Self { slow: SLOW_RATIO * slowest, short: 0, narrow: false, ratio: WIDEST }
     }
 
-    /// Whether to skip scalings for one frequency (rad/s).
+    /// Returns `true` if scalings for one frequency (rad/s) are to be skipped.
     pub(super) fn is_first(&self, omega: f64) -> bool {
         self.narrow && omega.is_finite()
     }
 
-    /// Records the interval of scalings for one frequency; whether to try scalings for two.
+    /// Records the interval of scalings for one frequency; returns `true` if scalings for two are to be tried.
     pub(super) fn is_next(&mut self, omega: f64, interval: Interval) -> bool {
         let is_short = interval.is_short(omega.max(self.slow));
         self.short += usize::from(is_short);
@@ -75,7 +75,8 @@ impl Wide {
         self.narrow && !was_narrow
     }
 
-    /// Scalings that prove a level around a frequency (rad/s) in a gap, or else a higher level, up to the ceiling.
+    /// Returns scalings that prove a level around a frequency (rad/s) in a gap, or else a higher level, up to the
+    /// ceiling.
     pub(super) fn shown(
         &mut self,
         system: &StateSpace,

@@ -4,10 +4,10 @@
 //! z = F(Delta) w,   F(Delta) = M22 + M21 Delta (I - M11 Delta)^-1 M12,   |Delta| <= size
 //! ```
 //!
-//! Upper bound: the gain is below g, and the loop stable, for every such Delta if mu of `[size M11, size M12; M21/g,
-//! M22/g]` with a full block from z to w is below 1 at every frequency. g is raised if scalings do not prove that;
-//! earlier scalings remain valid, because they prove it for every larger g. Lower bound: perturbations are improved by
-//! the first-order change of the largest singular value of F, and evaluated.
+//! Upper bound: the gain is below g, and the loop stable, for every such Delta if mu of
+//! `[size M11, size M12; M21/g, M22/g]` with a full block from z to w is below 1 at every frequency. g is raised if
+//! scalings do not prove that; earlier scalings remain valid, because they prove it for every larger g. Lower bound:
+//! perturbations are improved by the first-order change of the largest singular value of F, and evaluated.
 //!
 //! A. Packard, J. C. Doyle, "The complex structured singular value", Automatica 29(1), 1993, section 4 (the main loop
 //! theorem); A. Packard, G. Balas, R. Liu, J.-Y. Shin, "Results on worst-case performance assessment", American
@@ -29,7 +29,7 @@ use thiserror::Error;
 /// Upper and lower bounds of the worst-case gain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorstCaseGain {
-    /// The gain is below this at every frequency, for every perturbation of the size.
+    /// Upper bound of the gain at every frequency, for every perturbation of the size.
     pub upper: f64,
     /// The frequency at which the upper bound was determined, rad/s.
     pub frequency: f64,
@@ -39,11 +39,11 @@ pub struct WorstCaseGain {
     pub worst: Perturbed,
 }
 
-/// Why there is no worst-case gain.
+/// Failure to bound the worst-case gain.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum WorstCaseError {
-    /// No scalings show that the loop stays stable, which proves nothing about it.
+    /// A loop that no scalings prove to stay stable; it need not become unstable.
     #[error(
         "no D-G scalings show that the loop stays stable for perturbations of size {size}: at {} they bound mu by more \
          than {:.6}, so that no bound on the gain is known",
@@ -55,24 +55,24 @@ pub enum WorstCaseError {
         /// The frequency, rad/s.
         frequency: f64,
     },
-    /// The size must be positive.
+    /// A size that is not positive and finite.
     #[error("the size of the perturbation is {found}; it must be above 0 and finite")]
     Size { found: f64 },
-    /// There must be performance inputs and outputs.
+    /// A system without performance inputs or outputs.
     #[error("besides the {} inputs and {} outputs of the blocks the system has {} and {}; at least one of each \
         is needed", blocks.0, blocks.1, found.0, found.1)]
     NoPerformance { blocks: (usize, usize), found: (usize, usize) },
-    /// The sweep failed.
+    /// A failed sweep.
     #[error(transparent)]
     Sweep(#[from] SweepError),
 }
 
-/// A frequency (rad/s) in words.
+/// Formats a frequency (rad/s).
 fn rads(frequency: f64) -> String {
     if frequency.is_infinite() { "infinite frequency".into() } else { format!("{frequency:.4e} rad/s") }
 }
 
-/// The relative raise of the gain over that proved at the worst frequency.
+/// The relative increase of the gain over that proved at the worst frequency.
 const GAIN_RAISE: f64 = 1e-4;
 
 /// The relative tolerance of the gain at one frequency.
@@ -101,10 +101,10 @@ impl Perturbable {
     }
 }
 
-/// Bounds the worst-case gain. For the equations and sources see the top of this file.
+/// Bounds the worst-case gain. Equations and sources: see the module.
 ///
 /// # Errors
-/// [`WorstCaseError`].
+/// Returns [`WorstCaseError`].
 pub fn worst_case_gain(loop_: &Perturbable) -> Result<WorstCaseGain, WorstCaseError> {
     loop_.check()?;
     let structure = loop_.with_performance().map_err(SweepError::from)?;
@@ -159,7 +159,7 @@ impl<'a> GainSweep<'a> {
         Ok(Self { loop_, structure, gain, system, peak, covered, wide, starts: vec![] })
     }
 
-    /// The first frequencies: the worst one first, so that the gain is about right from the start.
+    /// Returns the first frequencies: the worst one first, so that the gain is about right from the start.
     fn first_frequencies(&self, worst: f64) -> Vec<f64> {
         let mut points: Vec<f64> = self.system.poles().iter().map(|p| p.norm()).collect();
         points.sort_by(f64::total_cmp);
@@ -167,7 +167,7 @@ impl<'a> GainSweep<'a> {
         [worst].into_iter().chain(points).chain([0.0, f64::INFINITY]).collect()
     }
 
-    /// Covers a frequency, at a larger gain if necessary; whether an interval was added.
+    /// Covers a frequency, at a larger gain if necessary; returns `true` if an interval was added.
     fn add(&mut self, omega: f64) -> Result<bool, WorstCaseError> {
         if self.covered.holds(omega) {
             return Ok(true);
@@ -206,7 +206,7 @@ impl<'a> GainSweep<'a> {
         }
     }
 
-    /// Covers a frequency by scalings for two frequencies around it; whether there are such.
+    /// Covers a frequency by scalings for two frequencies around it; returns `true` if there are such.
     fn widened(&mut self, omega: f64, start: Option<&DgScalings>) -> Result<bool, SweepError> {
         let gap = self.covered.around(omega);
         let levels = Levels { level: 1.0, ceiling: 1.0 };
@@ -221,7 +221,7 @@ impl<'a> GainSweep<'a> {
         self.system = self.loop_.scaled(gain);
     }
 
-    /// Scalings that prove mu to be below 1, or the least bound.
+    /// Returns scalings that prove mu to be below 1, or the least bound.
     fn shown(&self, m: &CMat, from: Option<&DgScalings>) -> Result<UpperBound, SweepError> {
         let options = UpperBoundOptions { level: 1.0, from, ..UpperBoundOptions::default() };
         Ok(upper_bound_with(m, &self.structure, options)?)
@@ -257,7 +257,7 @@ impl<'a> GainSweep<'a> {
         }
         let mut last = 0;
         while high - low > GAIN_TOLERANCE {
-            // Not at either end, which would give no information.
+            // Neither end itself, which would give no information.
             let next = low + at_low / (at_low - at_high) * (high - low);
             let next = next.clamp(low + 0.4 * GAIN_TOLERANCE, high - 0.4 * GAIN_TOLERANCE);
             let value = above(next.exp())?;
@@ -291,7 +291,7 @@ mod tests {
     use nalgebra::dmatrix;
     use proptest::prelude::*;
 
-    /// `x' = -x + 0.5 wd + w, zd = x, z = x`: with delta the gain is `1/(1 - 0.5 delta)` at frequency zero.
+    /// Returns `x' = -x + 0.5 wd + w, zd = x, z = x`: with delta the gain is `1/(1 - 0.5 delta)` at frequency zero.
     fn first_order(size: f64) -> Perturbable {
         let system = StateSpace {
             a: dmatrix![-1.0],
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gain_of_one_parameter_is_known() {
+    fn the_gain_with_one_parameter_has_its_closed_form() {
         for size in [0.1, 1.0, 1.9] {
             let found = worst_case_gain(&first_order(size)).unwrap();
             let exact = 1.0 / (1.0 - 0.5 * size);
@@ -315,10 +315,10 @@ mod tests {
         assert!(matches!(worst_case_gain(&first_order(0.0)), Err(WorstCaseError::Size { .. })));
     }
 
-    /// At infinite frequency two channels of one scalar form no loop, though the path between them has a large gain:
+    /// Two channels of one scalar form no loop at infinite frequency, though the path between them has a large gain:
     /// full scalings of the repeated block prove that, and the gain is bounded.
     #[test]
-    fn a_path_in_the_direct_term_is_no_loop() {
+    fn a_path_in_the_direct_term_forms_no_loop() {
         let system = StateSpace {
             a: dmatrix![-1.0],
             b: dmatrix![0.01, 0.02, 1.0],
@@ -340,7 +340,7 @@ mod tests {
                 let system =
                     StateSpace { a, b: fill(3, inputs), c: fill(outputs, 3), d: fill(outputs, inputs) * 0.3 };
                 let inner = system.parts(0..structure.cols(), 0..structure.rows());
-                // A fraction of a size that is certainly tolerated.
+                // The size is a fraction of one that is certainly tolerated.
                 let size = part / mu_over_frequency(&inner, &structure).unwrap().upper.upper.max(1e-3);
                 Perturbable { system, structure, size }
             },
@@ -352,7 +352,7 @@ mod tests {
 
         /// The lower bound is below the upper one; its perturbation has the structure, the size and the reported gain.
         #[test]
-        fn found_is_below_guaranteed(loop_ in systems()) {
+        fn the_lower_bound_is_below_the_upper_one(loop_ in systems()) {
             let found = worst_case_gain(&loop_).unwrap();
             prop_assert!(found.worst.gain <= found.upper, "{} {}", found.worst.gain, found.upper);
             prop_assert!(loop_.structure.holds(&found.worst.delta) || found.worst.delta.norm() == 0.0);
@@ -367,9 +367,9 @@ mod tests {
             prop_assert!((gain - found.worst.gain).abs() < 1e-8 * gain, "{gain} {}", found.worst.gain);
         }
 
-        /// At the size 1/beta of robust performance the worst-case gain is beta: mu with a full performance block.
+        /// The worst-case gain at the size 1/beta of robust performance is beta: mu with a full performance block.
         #[test]
-        fn robust_performance_is_where_gain_and_size_meet(loop_ in systems()) {
+        fn the_gain_at_the_size_of_robust_performance_is_its_inverse(loop_ in systems()) {
             let both = loop_.with_performance().unwrap();
             let beta = mu_over_frequency(&loop_.system, &both).unwrap().upper.upper;
             prop_assume!(beta > 1e-2);

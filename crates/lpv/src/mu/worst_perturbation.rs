@@ -1,8 +1,9 @@
 //! A perturbation with a large gain, found and evaluated: the lower bound of the worst-case gain.
 //!
-//! With u and v the singular vectors of the largest gain, `a* = u* M21 (I - Delta M11)^-1` and `b = (I - M11 Delta)^-1
-//! M12 v`, the gain changes by `Re(a* dDelta b)`: each block is moved where that is largest, as far as the gain grows.
-//! The frequencies are those of large gain; with real scalars only, the peak of the perturbed loop is followed.
+//! With u and v the singular vectors of the largest gain, `a* = u* M21 (I - Delta M11)^-1` and
+//! `b = (I - M11 Delta)^-1 M12 v`, the gain changes by `Re(a* dDelta b)`: each block is moved to where that is largest,
+//! as far as the gain grows. The frequencies are those of large gain; with real scalars only, the peak of the perturbed
+//! loop is followed.
 
 use super::CMat;
 use super::lower::Sequence;
@@ -33,7 +34,7 @@ const GAIN_STARTS: usize = 4;
 const GAIN_STEPS: usize = 60;
 const PEAK_ROUNDS: usize = 4;
 
-/// The worst perturbation found; zero if none is worse.
+/// Returns the worst perturbation found; zero if none is worse.
 pub fn worst_perturbation(loop_: &Perturbable) -> Perturbed {
     let search = GainSearch { loop_, k: loop_.structure.cols(), w: loop_.structure.rows() };
     let nominal = loop_.closed(&CMat::zeros(search.w, search.k));
@@ -61,7 +62,7 @@ pub fn worst_perturbation(loop_: &Perturbable) -> Perturbed {
     best
 }
 
-/// The known perturbation, or a worse one found near another frequency or by moving the frequency.
+/// Returns the known perturbation, or a worse one found near another frequency or by moving the frequency.
 pub(super) fn refined(loop_: &Perturbable, known: Perturbed, near: f64) -> Perturbed {
     let search = GainSearch { loop_, k: loop_.structure.cols(), w: loop_.structure.rows() };
     let mut best = known;
@@ -109,11 +110,11 @@ struct Evaluated {
     gain: f64,
     /// The response from w to z.
     response: CMat,
-    /// `(I - M11 Delta)^-1 M12`.
+    /// The response `(I - M11 Delta)^-1 M12`.
     through: CMat,
 }
 impl GainSearch<'_> {
-    /// The peak without perturbation, and frequencies of large gain of the complete system.
+    /// Returns the peak without perturbation, and frequencies of large gain of the complete system.
     fn frequencies(&self, peak: f64) -> Vec<f64> {
         let system = &self.loop_.system;
         let mut all: Vec<(f64, f64)> = system
@@ -141,7 +142,7 @@ impl GainSearch<'_> {
         })
     }
 
-    /// Keeps a perturbation if it is worse than the worst.
+    /// Keeps a perturbation if it is worse than the worst so far.
     fn keep(&self, best: &mut Perturbed, omega: f64, delta: &CMat) {
         if let Some(parts) = self.parts(omega)
             && let Some(Evaluated { gain, .. }) = parts.evaluated(delta)
@@ -170,13 +171,13 @@ impl GainSearch<'_> {
         for _ in 0..GAIN_STEPS {
             let Some((a, b)) = parts.slopes(&delta, &at) else { break };
             let aimed = self.aimed(&delta, &a, &b);
-            // A full step, shorter ones, or one block only.
+            // Try a full step, shorter ones, or one block only.
             let shorter =
                 (0..4).map(|halvings| &delta + (&aimed - &delta) * Complex::new(0.5f64.powi(halvings), 0.0));
             let single = self.loop_.structure.places().into_iter().map(|(_, rows, cols)| {
                 let mut one = delta.clone();
-                let place = ((rows.start, cols.start), (rows.len(), cols.len()));
-                one.view_mut(place.0, place.1).copy_from(&aimed.view(place.0, place.1));
+                let region = ((rows.start, cols.start), (rows.len(), cols.len()));
+                one.view_mut(region.0, region.1).copy_from(&aimed.view(region.0, region.1));
                 one
             });
             let better = shorter.chain(single).find_map(|next| {
@@ -191,7 +192,7 @@ impl GainSearch<'_> {
         }
     }
 
-    /// Each block moved to where the gain grows most.
+    /// Returns Delta with each block moved to where the gain grows most.
     fn aimed(&self, delta: &CMat, a: &ComplexVector, b: &ComplexVector) -> CMat {
         let size = self.loop_.size;
         self.loop_.structure.replaced(delta.clone(), |block, rows, cols| {
@@ -213,7 +214,7 @@ impl GainSearch<'_> {
 }
 
 impl Parts {
-    /// The perturbed system.
+    /// Evaluates the perturbed system.
     fn evaluated(&self, delta: &CMat) -> Option<Evaluated> {
         let k = self.m11.nrows();
         let through = (CMat::identity(k, k) - product(&self.m11, delta)).lu().solve(&self.m12)?;
@@ -222,7 +223,7 @@ impl Parts {
         gain.is_finite().then_some(Evaluated { gain, response, through })
     }
 
-    /// a and b of the first-order change of the gain.
+    /// Returns a and b of the first-order change of the gain.
     fn slopes(&self, delta: &CMat, at: &Evaluated) -> Option<(ComplexVector, ComplexVector)> {
         let w = self.m11.ncols();
         let (u, v) = largest_singular_vectors(&at.response)?;

@@ -1,8 +1,8 @@
 //! The gain of a closed loop without parameters, and a Lyapunov matrix that proves it.
 //!
 //! X is the stabilising solution of the bounded-real Riccati equation of a loop that is slightly less stable and has a
-//! little of each state as an output, so that the inequality of the given loop holds strictly. It is returned as
-//! `X = V'V`: V in 16 digits often proves what X in 16 digits cannot. Source of the equation: K. Zhou, J. C. Doyle,
+//! small multiple of each state as an output, so that the inequality of the given loop holds strictly. It is returned
+//! as `X = V'V`: V in 16 digits often proves what X in 16 digits cannot. Source of the equation: K. Zhou, J. C. Doyle,
 //! K. Glover, "Robust and Optimal Control", 1996, corollary 13.24.
 
 use crate::analysis::gain_bound::GainBound;
@@ -25,7 +25,7 @@ pub(crate) struct WideLoop {
 }
 
 impl WideLoop {
-    /// The loop of a plant and a controller; `None` if it is not stable.
+    /// Returns the loop of a plant and a controller; `None` if it is not stable.
     pub(crate) fn new(plant: &GeneralisedPlant, k: &WideController) -> Option<Self> {
         let [a, b1, b2, c1, c2] =
             [plant.a(), plant.b1(), plant.b2(), plant.c1(), plant.c2()].map(|m| wide(&m));
@@ -46,8 +46,8 @@ impl WideLoop {
         is_stable(&looped.a).then_some(looped)
     }
 
-    /// The Hamiltonian matrix at a gain, for the loop with `A + s I` and the weights q on the states; `None` if the
-    /// direct term alone reaches that gain.
+    /// Returns the Hamiltonian matrix at a gain, for the loop with `A + s I` and the weights q on the states; `None` if
+    /// the direct term alone reaches that gain.
     fn hamiltonian(&self, gain: f64, shift: f64, weights: &[Quad]) -> Option<Wide> {
         let Self { b, c, d, .. } = self;
         let gain = Quad::from_f64(gain);
@@ -63,7 +63,7 @@ impl WideLoop {
         Some(four(&left, &(b * r * b.transpose()), &-lower, &-left.transpose()))
     }
 
-    /// The H2 norm `sqrt(trace(C P C'))`, `A P + P A' + B B' = 0`, of a loop without a direct term.
+    /// Returns the H2 norm `sqrt(trace(C P C'))`, `A P + P A' + B B' = 0`, of a loop without a direct term.
     pub(crate) fn h2_norm(&self) -> Option<f64> {
         let p = gramian(&self.a, &(&self.b * self.b.transpose()))?;
         Some((&self.c * p * self.c.transpose()).trace().0.max(0.0).sqrt())
@@ -73,7 +73,7 @@ impl WideLoop {
         self.hamiltonian(gain, 0.0, &[]).is_some_and(|h| stabilising(&h).is_some())
     }
 
-    /// An estimate of the H-infinity norm in 16 digits.
+    /// Returns an estimate of the H-infinity norm in 16 digits.
     pub(crate) fn guess(&self) -> f64 {
         let rounded =
             StateSpace { a: narrow(&self.a), b: narrow(&self.b), c: narrow(&self.c), d: narrow(&self.d) };
@@ -81,7 +81,7 @@ impl WideLoop {
         if guess.is_finite() && guess > 0.0 { guess } else { 1.0 }
     }
 
-    /// An upper bound of the H-infinity norm, within a relative 1e-5.
+    /// Returns an upper bound of the H-infinity norm, within a relative 1e-5.
     pub(crate) fn norm(&self) -> Option<f64> {
         let guess = self.guess();
         let (mut low, mut high) =
@@ -107,8 +107,8 @@ impl WideLoop {
         above.then_some(high)
     }
 
-    /// V with `X = V'V` that proves, by elimination with 32 digits, a bound of the gain at most `slack` above the norm,
-    /// relative to it, and at most `most`: the first that holds with a margin.
+    /// Returns V with `X = V'V` that proves, by elimination with 32 digits, a bound of the gain at most `slack` above
+    /// the norm, relative to it, and at most `most`: the first that holds with a margin.
     pub(crate) fn bound(&self, norm: f64, most: f64, slack: f64) -> Option<GainBound> {
         let reached = self.reached()?;
         let others = RAISES.iter().flat_map(|raise| MARGINS.map(|margin| (*raise, margin)));
@@ -119,7 +119,7 @@ impl WideLoop {
         })
     }
 
-    /// The diagonal of the reachability gramian.
+    /// Returns the diagonal of the reachability gramian.
     fn reached(&self) -> Option<Vec<Quad>> {
         let gramian = gramian(&self.a, &(&self.b * self.b.transpose()))?;
         let sizes: Vec<f64> = gramian.diagonal().iter().map(|v| v.0).collect();
@@ -128,14 +128,14 @@ impl WideLoop {
         Some(sizes.iter().map(|v| Quad::from_f64(v.max(floor))).collect())
     }
 
-    /// The coordinates T of the states after the first n in which their block of X at a gain is the identity.
+    /// Returns the coordinates T of the states after the first n in which their block of X at a gain is the identity.
     pub(crate) fn balanced_coordinates(&self, gain: f64, n: usize) -> Option<Wide> {
         let x = self.lyapunov(gain, MARGINS[0], &self.reached()?)?;
         let rest = self.a.nrows() - n;
         Some(cholesky(&x.view((n, n), (rest, rest)).into_owned())?.transpose())
     }
 
-    /// X times the gain.
+    /// Returns X times the gain.
     fn lyapunov(&self, gain: f64, margin: Margin, reached: &[Quad]) -> Option<Wide> {
         let Margin { shift, share } = margin;
         let weight = Quad::from_f64(2.0 * self.slowest * (share * gain).powi(2));
@@ -160,8 +160,8 @@ impl WideLoop {
         })
     }
 
-    /// Whether `X = V'V` satisfies the bounded-real inequality at a gain, by elimination with 32 digits and with a
-    /// margin over their rounding.
+    /// Returns `true` if `X = V'V` satisfies the bounded-real inequality at a gain, by elimination with 32 digits and
+    /// with a margin over their rounding.
     fn shows(&self, gain: f64, v: &Mat) -> bool {
         let v = wide(v);
         let x = v.transpose() * v;
@@ -180,7 +180,7 @@ impl WideLoop {
 /// The fraction by which the diagonal of an inequality is reduced before it is checked.
 const CLEAR: f64 = 1e-22;
 
-/// The raise of the bound over the norm, relative to the slack.
+/// The increases of the bound over the norm, relative to the slack.
 const RAISES: [f64; 6] = [0.1, 0.2, 0.3, 0.05, 0.5, 1.0];
 
 /// The margin that makes the inequality of the given loop strict.
@@ -196,12 +196,12 @@ const fn margin(shift: f64, share: f64) -> Margin {
     Margin { shift, share }
 }
 
-/// Raises and margins of tight bounds: tried first.
+/// Increases and margins of tight bounds, tried first.
 const TIGHTEST: [(f64, Margin); 2] = [(3e-3, margin(1e-3, 3e-3)), (2e-2, margin(1e-3, 1e-2))];
 
 const MARGINS: [Margin; 4] = [margin(1e-2, 0.1), margin(1e-3, 0.1), margin(1e-2, 1e-2), margin(1e-3, 1e-2)];
 
-/// A state's gramian entry, relative to the largest, below which the state is taken as not reached.
+/// A state's gramian entry, relative to the largest, below which the state is taken as not reachable.
 const UNREACHED: f64 = 1e-20;
 
 /// The relative width of the bracket of the norm.

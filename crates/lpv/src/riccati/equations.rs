@@ -60,7 +60,7 @@ impl WidePlant {
         }
     }
 
-    /// The transposed plant, whose first equation is the second one here.
+    /// Returns the transposed plant, whose first equation is the second one here.
     pub(crate) fn dual(&self) -> Self {
         Self {
             a: self.a.transpose(),
@@ -74,12 +74,12 @@ impl WidePlant {
         }
     }
 
-    /// Whether every control has a weight and every measurement noise: D12 full column rank, D21 full row rank.
+    /// Returns `true` if every control has a weight and every measurement noise: D12 and D21' of full column rank.
     pub(crate) fn is_regular(&self) -> bool {
         pseudo_inverse(&self.d12).is_some() && pseudo_inverse(&self.d21.transpose()).is_some()
     }
 
-    /// X and `F = [F1; F2]` of the first equation, if it has a positive semidefinite solution.
+    /// Returns X and `F = [F1; F2]` of the first equation, if it has a positive semidefinite solution.
     pub(crate) fn first(&self, gain: Quad) -> Option<(Wide, Wide)> {
         let (n, w) = (self.a.nrows(), self.b1.ncols());
         let weights = pseudo_inverse(&self.d12)?;
@@ -102,7 +102,7 @@ impl WidePlant {
         is_stable(&loops).then_some((x, f))
     }
 
-    /// The solution at a gain; `None` if no controller has a smaller gain.
+    /// Returns the solution at a gain; `None` if no controller has a smaller gain.
     pub(crate) fn solve(&self, gain: f64) -> Option<Solution> {
         let gain = Quad::from_f64(gain);
         let dual = self.dual();
@@ -112,7 +112,7 @@ impl WidePlant {
         is_stable(&product).then(|| Solution { gain, x, y, f, l: l.transpose() })
     }
 
-    /// The central controller; theorem 17.1 with `Q = 0`.
+    /// Returns the central controller; theorem 17.1 with `Q = 0`.
     pub(crate) fn central(&self, solution: &Solution) -> Option<WideController> {
         let Solution { gain, x, y, f, l } = solution;
         let (n, w, z) = (self.a.nrows(), self.b1.ncols(), self.c1.nrows());
@@ -151,22 +151,22 @@ impl WideController {
         Self { a: wide(&k.a()), b: wide(&k.by()), c: wide(&k.cu()), d: wide(&k.duy()) }
     }
 
-    /// The controller with its numbers rounded to f64.
+    /// Returns the controller with its numbers rounded to f64.
     pub(crate) fn rounded(&self) -> Option<Controller> {
         let matrix = narrow(&four(&self.a, &self.b, &self.c, &self.d));
         let (n, y, u) = (self.a.nrows(), self.b.ncols(), self.c.nrows());
         matrix.iter().all(|v| v.is_finite()).then(|| Controller::from_matrix(&matrix, n, y, u, vec![]))
     }
 
-    /// The controller with the states `x~ = T x`.
+    /// Returns the controller with the states `x~ = T x`.
     pub(crate) fn in_coordinates(&self, t: &Wide) -> Option<Self> {
         let (inverse, _) = inverse(t)?;
         Some(Self { a: t * &self.a * &inverse, b: t * &self.b, c: &self.c * inverse, d: self.d.clone() })
     }
 }
 
-/// X of the stable subspace `[I; X]` of a Hamiltonian matrix. With an eigenvalue on the imaginary axis the iteration
-/// may converge to a wrong matrix: the sign must commute with H, and `H11 + H12 X` must be stable.
+/// Returns X of the stable subspace `[I; X]` of a Hamiltonian matrix. With an eigenvalue on the imaginary axis the
+/// iteration may converge to a wrong matrix: the sign must commute with H, and `H11 + H12 X` must be stable.
 pub(crate) fn stabilising(h: &Wide) -> Option<Wide> {
     let n = h.nrows() / 2;
     if n == 0 {
@@ -187,8 +187,8 @@ pub(crate) fn stabilising(h: &Wide) -> Option<Wide> {
     is_stable(&(block(0) + block(1) * &x)).then_some(x)
 }
 
-/// Whether a matrix S commutes with H, as its sign function does: by products of mirrored entries of `S H - H S`,
-/// relative to the terms on the diagonal; the units of the states do not matter.
+/// Returns `true` if a matrix S commutes with H, as its sign function does: by products of mirrored entries of `S H - H
+/// S`, relative to the terms on the diagonal; the units of the states do not matter.
 fn commutes(s: &Wide, h: &Wide) -> bool {
     let n = h.nrows();
     let rest = narrow(&(s * h - h * s));
@@ -204,15 +204,15 @@ fn commutes(s: &Wide, h: &Wide) -> bool {
 /// The largest remainder relative to its terms; that of a commuting matrix is far smaller.
 const RESIDUAL: f64 = 1e-8;
 
-/// Whether a feedback `u = -B'X x` makes `A + B u` stable, checked for the X of `A'X + XA - XBB'X + I = 0`. B in units
-/// of A.
+/// Returns `true` if a feedback `u = -B'X x` makes `A + B u` stable, checked for the X of `A'X + XA - XBB'X + I = 0`. B
+/// in units of A.
 pub(crate) fn is_stabilisable(a: &Mat, b: &Mat) -> bool {
     let (n, b) = (a.nrows(), wide(b));
     let h = four(&wide(a), &-(&b * b.transpose()), &-scalar(n, Quad::ONE), &-wide(&a.transpose()));
     stabilising(&h).is_some()
 }
 
-/// A restricted to the states that B does not reach, in an orthonormal basis of the complement of the others.
+/// Returns A restricted to the states unreachable from B, in an orthonormal basis of the complement of the others.
 ///
 /// The basis is that of `B, AB, ...`, by orthogonalisation. A vector with a remainder at the rounding of 32 digits is
 /// dropped; a vector dependent only to f64 rounding leaves far more.
@@ -255,8 +255,8 @@ pub(crate) fn unreached(a: &Mat, b: &Mat) -> Wide {
 /// The relative remainder of a vector that is dependent on others to rounding.
 const NOTHING_LEFT: f64 = 1e-24;
 
-/// The pseudo-inverse `(D'D)^-1 D'` of a matrix with independent columns, each in its own unit; `None` if they are
-/// dependent to rounding.
+/// Returns the pseudo-inverse `(D'D)^-1 D'` of a matrix with independent columns, each in its own unit; `None` if they
+/// are dependent to rounding.
 fn pseudo_inverse(d: &Wide) -> Option<Wide> {
     let units = d.column_iter().map(|c| {
         let size = c.iter().map(|v| v.0 * v.0).sum::<f64>().sqrt();

@@ -8,8 +8,9 @@
 //! xk' = (A + B2 F + L C2) xk - L y,   u = F xk,   Y and L by the transposed plant
 //! ```
 //!
-//! It exists if u reaches and y shows every mode that is not stable, D11 is zero, D12 has full column rank and D21 full
-//! row rank, and neither the path from u to z nor that from w to y has a zero on the imaginary axis.
+//! It exists if every mode that is not stable is controllable from u and observable from y, D11 is zero, D12 has full
+//! column rank and D21 full row rank, and neither the path from u to z nor that from w to y has a zero on the imaginary
+//! axis.
 
 use crate::error::SynthesisError;
 use crate::matrix::Mat;
@@ -33,8 +34,8 @@ pub struct H2Design {
 /// Designs the H2-optimal controller for a plant without parameters and with the direct path D22 (y x u).
 ///
 /// # Errors
-/// [`SynthesisError::NotStabilisable`], [`SynthesisError::NotDetectable`]; [`SynthesisError::H2DirectPath`] for a D11
-/// that is not zero; [`SynthesisError::Singular`] without a weight on each control or noise on each measurement;
+/// Returns [`SynthesisError::NotStabilisable`], [`SynthesisError::NotDetectable`]; [`SynthesisError::H2DirectPath`] for
+/// a nonzero D11; [`SynthesisError::Singular`] without a weight on each control or noise on each measurement;
 /// [`SynthesisError::Numerical`] for a zero on the imaginary axis, or if the numerics fail.
 pub fn synthesise(plant: &GeneralisedPlant, d22: &Mat) -> Result<H2Design, SynthesisError> {
     plant.check()?;
@@ -69,7 +70,7 @@ pub fn synthesise(plant: &GeneralisedPlant, d22: &Mat) -> Result<H2Design, Synth
 }
 
 impl WidePlant {
-    /// F of the state feedback `u = F x` that minimises the H2 norm.
+    /// Returns F of the state feedback `u = F x` that minimises the H2 norm.
     fn state_feedback(&self) -> Option<Wide> {
         let Self { a, b2, c1, d12, .. } = self;
         let r = d12.transpose() * d12;

@@ -1,7 +1,7 @@
-//! The inverse of a matrix of 32-digit numbers, most of the time that a Riccati equation takes.
+//! Inverse of a matrix of 32-digit numbers, which dominates the time of a Riccati equation.
 //!
-//! High and low words are kept apart, so that a vector instruction takes several numbers; the scalar ones call the
-//! system's fused product for each.
+//! High and low words are stored separately, so that one vector instruction processes several numbers; scalar code
+//! calls the system's fused multiply-add for each.
 
 use nalgebra::DMatrix;
 use pulp::{Arch, Simd, WithSimd};
@@ -15,7 +15,7 @@ struct Row {
     low: Vec<f64>,
 }
 
-/// More than any vector has numbers, and a multiple of all.
+/// The length of which a padded row is a multiple: itself a multiple of the lanes of every vector type.
 const LANES: usize = 8;
 
 impl Row {
@@ -69,8 +69,8 @@ impl WithSimd for Elimination<'_> {
     }
 }
 
-/// The inverse, and the logarithm of the magnitude of the determinant, by in-place elimination with partial pivoting;
-/// `None` for a singular matrix.
+/// Returns the inverse, and the logarithm of the magnitude of the determinant, by in-place elimination with partial
+/// pivoting; `None` for a singular matrix.
 pub(crate) fn inverse(a: &DMatrix<Quad>) -> Option<(DMatrix<Quad>, f64)> {
     let n = a.nrows();
     let arch = Arch::new();

@@ -25,13 +25,13 @@ const STRIDE: f64 = 8.0;
 /// The largest number of strides from the first guess.
 const MOST_STRIDES: usize = 16;
 
-/// The least gain of a plant without parameters; `None` if no bracket is found.
+/// Returns the least gain of a plant without parameters; `None` if no bracket is found.
 ///
 /// The upper bound is that of a plant with a slightly larger half plane, the lower bound that of one with a slightly
-/// smaller one, or what no controller changes at infinite frequency, `|P D11|` and `|D11 N|`. If the two leave a gap,
-/// smaller shifts are tried.
+/// smaller one, or the gain at infinite frequency that no controller changes, `|P D11|` and `|D11 N|`. If the two leave
+/// a gap, smaller shifts are tried.
 ///
-/// If there are more measurements than disturbances that reach them, or more controls than outputs that see them, the
+/// If there are more measurements than disturbances that reach them, or more controls than outputs that they reach, the
 /// upper bound is that of the plant with a small noise or weight added, the lower bound that of one equation alone.
 pub(crate) fn least_gain(plant: &GeneralisedPlant) -> Option<Bracket> {
     let half_plane = HalfPlane::of(plant);
@@ -39,7 +39,7 @@ pub(crate) fn least_gain(plant: &GeneralisedPlant) -> Option<Bracket> {
     let mut last = None;
     for shift in SHIFTS {
         let guess = if best.upper.is_finite() { best.upper } else { 1.0 };
-        // A smaller half plane has no larger gain, but for rounding: its own bracket is then not sought.
+        // A smaller half plane has no larger gain, except by rounding: its own bracket is then not computed.
         let enlarged =
             half_plane.enlarged(shift).filter(|p| best.upper.is_infinite() || p.is_solved(best.upper));
         let reached = enlarged.and_then(|p| p.bracket(guess, WidePlant::is_solved));
@@ -56,21 +56,21 @@ pub(crate) fn least_gain(plant: &GeneralisedPlant) -> Option<Bracket> {
             break;
         }
     }
-    // If rounding puts the lower bound above the upper one, it is worth no more than that.
+    // Rounding may put the lower bound above the upper one.
     best.lower = best.lower.min(best.upper);
     best.upper.is_finite().then_some(best)
 }
 
-/// Whether it is shown, in floating point, that no controller has a smaller gain even for one of a few constant
-/// parameter values.
+/// Returns `true` if it is shown, in floating point, that no controller has a smaller gain even for one of a few
+/// constant parameter values.
 pub(crate) fn is_none_below(plant: &GeneralisedPlant, gain: f64) -> bool {
     let at =
         |theta: &Vec<f64>| plant.frozen(theta).is_ok_and(|frozen| HalfPlane::of(&frozen).is_none_below(gain));
     coarse_grid(plant.blocks.len()).iter().any(at)
 }
 
-/// Whether the 16 digits of the numbers of a plant without parameters determine its least gain to a relative `part`:
-/// that of plants with every number perturbed in the last digit is the same.
+/// Returns `true` if the 16 digits of the numbers of a plant without parameters determine its least gain to a relative
+/// `part`: that of plants with every number perturbed in the last digit is the same.
 pub(crate) fn is_determined(plant: &GeneralisedPlant, gain: f64, part: f64) -> bool {
     let (below, above) = ((1.0 - part) * gain, (1.0 + part) * gain);
     (1..=ROUNDED_OTHERWISE).all(|seed| {
@@ -85,7 +85,7 @@ pub(crate) fn is_determined(plant: &GeneralisedPlant, gain: f64, part: f64) -> b
 /// The number of perturbed plants.
 const ROUNDED_OTHERWISE: u64 = 2;
 
-/// A number from -1 to 1. Source of the constants: D. E. Knuth, "The Art of Computer Programming" 2, MMIX.
+/// Returns a number from -1 to 1. Source of the constants: D. E. Knuth, "The Art of Computer Programming" 2, MMIX.
 fn random(state: &mut u64) -> f64 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
@@ -98,7 +98,7 @@ struct HalfPlane {
     fastest: f64,
     /// The larger of `|P D11|` and `|D11 N|`, a lower bound of the gain.
     direct: f64,
-    /// The plant as given, if at no frequency all controls are weighed and all measurements disturbed.
+    /// The plant as given, if at no frequency all controls are weighted and all measurements disturbed.
     deficient: Option<GeneralisedPlant>,
 }
 
@@ -123,14 +123,14 @@ impl HalfPlane {
         out
     }
 
-    /// The plant with a larger half plane, and with the weights and noises that it lacks at every frequency.
+    /// Returns the plant with a larger half plane, and with the weights and noises that it lacks at every frequency.
     fn enlarged(&self, shift: f64) -> Option<WidePlant> {
         let Some(given) = &self.deficient else { return self.moved(shift) };
         let plant = WidePlant::new(&Regularisation::new(given, shift.sqrt()).apply(given));
         Self { plant, deficient: None, ..*self }.moved(shift)
     }
 
-    /// The necessary conditions that decide on a lower bound.
+    /// Returns the necessary conditions that decide on a lower bound.
     fn parts(&self) -> &[Part] {
         if self.deficient.is_none() {
             &[WidePlant::is_solved]
@@ -147,8 +147,8 @@ impl HalfPlane {
         self.direct > gain || SHIFTS.iter().any(|shift| self.is_none_within(gain, *shift))
     }
 
-    /// Whether a shift and a smaller one both show that none exists; rounding would not let them agree. If the
-    /// equations have no solution at a larger gain either, they do not apply.
+    /// Returns `true` if a shift and a smaller one both show that none exists; rounding would not let them agree. If
+    /// the equations have no solution at a larger gain either, they do not apply.
     fn is_none_within(&self, gain: f64, shift: f64) -> bool {
         self.parts().iter().any(|part| {
             let fits = |p: &WidePlant| (1..=LARGER_GAINS).any(|k| part(p, gain * STRIDE.powi(k)));
@@ -189,8 +189,8 @@ impl WidePlant {
         self.dual().is_first_solved(gain)
     }
 
-    /// The bracket of the least gain at which a condition holds, searched from a guess; `None` if the answer is the
-    /// same at all gains tried.
+    /// Returns the bracket of the least gain at which a condition holds, searched from a guess; `None` if the condition
+    /// has the same value at all gains tried.
     fn bracket(&self, guess: f64, part: Part) -> Option<Bracket> {
         let reached = |gain: f64| {
             crate::stop::check();
@@ -216,7 +216,7 @@ impl WidePlant {
         None
     }
 
-    /// The plant at `s = (p - e)/(1 - h p)`, in p, for small e and h of one sign.
+    /// Returns the plant at `s = (p - e)/(1 - h p)`, in p, for small e and h of one sign.
     ///
     /// ```text
     /// E = I + h A,   A_p = E^-1 (A + e I),   B_p = q E^-1 B,   C_p = q C E^-1,   q^2 = 1 - e h,   D_p = D - h C E^-1 B

@@ -11,22 +11,22 @@ pub(crate) use qd::Quad;
 /// A matrix of 32-digit numbers.
 pub(crate) type Wide = DMatrix<Quad>;
 
-/// A matrix converted to 32 digits.
+/// Returns a matrix converted to 32 digits.
 pub(crate) fn wide(m: &Mat) -> Wide {
     m.map(Quad::from_f64)
 }
 
-/// The numbers rounded to f64.
+/// Returns the numbers rounded to f64.
 pub(crate) fn narrow(m: &Wide) -> Mat {
     m.map(|v| v.0)
 }
 
-/// `x I`, n x n.
+/// Returns `x I`, n x n.
 pub(crate) fn scalar(n: usize, x: Quad) -> Wide {
     Wide::from_diagonal_element(n, n, x)
 }
 
-/// `[a b; c d]`.
+/// Returns `[a b; c d]`.
 pub(crate) fn four(a: &Wide, b: &Wide, c: &Wide, d: &Wide) -> Wide {
     let (top, left) = (a.nrows(), a.ncols());
     Wide::from_fn(top + c.nrows(), left + b.ncols(), |i, j| match (i < top, j < left) {
@@ -37,27 +37,27 @@ pub(crate) fn four(a: &Wide, b: &Wide, c: &Wide, d: &Wide) -> Wide {
     })
 }
 
-/// `[a b]`.
+/// Returns `[a b]`.
 pub(crate) fn concatenated(a: &Wide, b: &Wide) -> Wide {
     four(a, b, &Wide::zeros(0, a.ncols()), &Wide::zeros(0, b.ncols()))
 }
 
-/// `[a; b]`.
+/// Returns `[a; b]`.
 pub(crate) fn stacked(a: &Wide, b: &Wide) -> Wide {
     four(a, &Wide::zeros(a.nrows(), 0), b, &Wide::zeros(b.nrows(), 0))
 }
 
-/// `(A + A')/2`.
+/// Returns `(A + A')/2`.
 pub(crate) fn symmetric(a: &Wide) -> Wide {
     (a + a.transpose()) * Quad::from_f64(0.5)
 }
 
-/// The solution of `A X = B`; `None` for a singular A.
+/// Returns the solution of `A X = B`; `None` for a singular A.
 pub(crate) fn solve(a: &Wide, b: &Wide) -> Option<Wide> {
     Some(inverse(a)?.0 * b)
 }
 
-/// L with `A = L L'`; `None` unless A is positive definite.
+/// Returns L with `A = L L'`; `None` unless A is positive definite.
 pub(crate) fn cholesky(a: &Wide) -> Option<Wide> {
     let n = a.nrows();
     let mut l = Wide::zeros(n, n);
@@ -82,7 +82,7 @@ pub(crate) fn cholesky(a: &Wide) -> Option<Wide> {
     Some(l)
 }
 
-/// The X that minimises `|U X - V|`, by Householder reflections of U; `None` if the columns of U are dependent.
+/// Returns the X that minimises `|U X - V|`, by Householder reflections of U; `None` if the columns of U are dependent.
 pub(crate) fn least_squares(u: &Wide, v: &Wide) -> Option<Wide> {
     let (rows, n) = u.shape();
     let mut m = concatenated(u, v);
@@ -117,7 +117,7 @@ pub(crate) fn least_squares(u: &Wide, v: &Wide) -> Option<Wide> {
     x.iter().all(|v| v.0.is_finite()).then_some(x)
 }
 
-/// The matrix sign function by Newton's iteration; `None` if an eigenvalue is on the imaginary axis, to 32 digits.
+/// Returns the matrix sign function by Newton's iteration; `None` with an eigenvalue on the axis, to 32 digits.
 ///
 /// ```text
 /// S <- (c S + (c S)^-1)/2,   c = |det S|^(-1/n)
@@ -131,14 +131,14 @@ pub(crate) fn sign(a: &Wide) -> Option<Wide> {
     iterate(a, |s| s, |_, _, _| {})
 }
 
-/// The sign function of a Hamiltonian matrix `[A G; Q -A']`, G and Q symmetric. Each step is rounded to a Hamiltonian
-/// matrix: an eigenvalue on the imaginary axis then stays on it, where rounding would take it off after a hundred steps
-/// and the iteration would end.
+/// Returns the sign function of a Hamiltonian matrix `[A G; Q -A']`, G and Q symmetric. Each step is rounded to a
+/// Hamiltonian matrix: an eigenvalue on the imaginary axis then stays on it, whereas rounding would move it off after
+/// about a hundred steps and the iteration would end.
 pub(crate) fn sign_of_hamiltonian(h: &Wide) -> Option<Wide> {
     iterate(h, |s| hamiltonian(&s), |_, _, _| {})
 }
 
-/// The nearest Hamiltonian matrix.
+/// Returns the nearest Hamiltonian matrix.
 fn hamiltonian(s: &Wide) -> Wide {
     let n = s.nrows() / 2;
     let part = |i: usize, j: usize| s.view((i * n, j * n), (n, n)).into_owned();
@@ -146,9 +146,8 @@ fn hamiltonian(s: &Wide) -> Wide {
     four(&a, &symmetric(&part(0, 1)), &symmetric(&part(1, 0)), &-a.transpose())
 }
 
-/// P of `A P + P A' + Q = 0` for a stable A: along with the sign iteration, `Q <- (c Q + S^-1 Q S'^-1/c)/2` converges
-/// to
-/// 2 P. `None` if A is not stable. Source: J. D. Roberts, Int. J. Control 32(4), 1980.
+/// Returns P of `A P + P A' + Q = 0` for a stable A: along with the sign iteration, `Q <- (c Q + S^-1 Q S'^-1/c)/2`
+/// converges to `2 P`. `None` if A is not stable. Source: J. D. Roberts, Int. J. Control 32(4), 1980.
 pub(crate) fn gramian(a: &Wide, q: &Wide) -> Option<Wide> {
     let half = Quad::from_f64(0.5);
     let mut q = q.clone();
@@ -159,7 +158,7 @@ pub(crate) fn gramian(a: &Wide, q: &Wide) -> Option<Wide> {
     ((s.trace().0 + a.nrows() as f64).abs() < 0.5).then(|| symmetric(&q) * half)
 }
 
-/// The sign iteration; `rounded` puts S back into its structure, `each` gets `S^-1`, c and 1/c of each step.
+/// Runs the sign iteration; `rounded` restores the structure of S, `each` receives `S^-1`, c and 1/c of each step.
 fn iterate(
     a: &Wide,
     rounded: impl Fn(Wide) -> Wide,
@@ -195,7 +194,7 @@ fn iterate(
     None
 }
 
-/// The change of a matrix in products of mirrored entries.
+/// Returns the change of a matrix in products of mirrored entries.
 fn change(s: &Wide, next: &Wide) -> f64 {
     let mut most: f64 = 0.0;
     for i in 0..s.nrows() {
@@ -216,7 +215,7 @@ const SETTLED: f64 = 1e-12;
 /// The largest number of steps, ample for two per bit of the ratio of the fastest to the slowest mode.
 const MOST_STEPS: usize = 150;
 
-/// Whether all eigenvalues have negative real parts.
+/// Returns `true` if all eigenvalues have negative real parts.
 pub(crate) fn is_stable(a: &Wide) -> bool {
     let n = a.nrows();
     n == 0 || sign(a).is_some_and(|s| (s.trace().0 + n as f64).abs() < 0.5)
@@ -237,9 +236,9 @@ mod tests {
         assert!(inverse(&wide(&dmatrix![1.0, 2.0; 2.0, 4.0])).is_none());
     }
 
-    /// An inverse of any size, whole vectors or not: nothing of the padding enters.
+    /// The padding does not affect an inverse, whether or not its rows fill the vectors.
     #[test]
-    fn padding_changes_nothing() {
+    fn padding_does_not_affect_the_inverse() {
         for n in 0..20 {
             let entry = |i: usize, j: usize| ((3 * i + 7 * j + i * j) as f64).sin() + f64::from(i == j);
             let a = wide(&Mat::from_fn(n, n, entry));
@@ -249,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn least_squares_meet_the_normal_equations() {
+    fn least_squares_satisfy_the_normal_equations() {
         let u = wide(&dmatrix![1.0, 2.0; 0.5, -1.0; 3.0, 1e-3]);
         let v = wide(&dmatrix![1.0; 2.0; 3.0]);
         let x = least_squares(&u, &v).unwrap();

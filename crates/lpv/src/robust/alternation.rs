@@ -4,10 +4,10 @@
 //! (wt, wd) = blkdiag(Theta, Delta) (zt, size zd),   |theta_i(t)| <= 1 measured,   |delta_i(t)| <= 1 unknown
 //! ```
 //!
-//! In the analysis of a closed loop Delta is an additional parameter: the scaled bounded-real inequality of
+//! Delta is an additional parameter in the analysis of a closed loop: the scaled bounded-real inequality of
 //! [`crate::analysis::bounded_gain()`] with S and T for both proves the gain for every trajectory of Theta and Delta.
-//! In the synthesis S and T of Delta would enter with their inverses. So they are fixed to the values of the analysis,
-//! and with
+//! In the synthesis S and T of Delta would enter with their inverses. They are therefore fixed to the values of the
+//! analysis, and with
 //!
 //! ```text
 //! zd'S zd + 2 wd'T zd - wd'S wd = |S^1/2 zd + S^-1/2 T' wd|^2 - |R^1/2 wd|^2,   R = S + T S^-1 T'
@@ -51,26 +51,27 @@ const ACCURACY: f64 = 1e-2;
 pub struct Round {
     /// The largest size at which the gain with the controller of the round stays below the allowed one.
     pub size: f64,
-    /// The least gain of the weighted plant, relative to that of the previous controller: below 1 the size can grow.
+    /// The least gain of the weighted plant, relative to that of the previous controller: the size can grow if it is
+    /// below 1.
     pub least_gain: f64,
 }
 
-/// Why the rounds ended.
+/// Reason for the end of the rounds.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum StopReason {
-    /// The last round increased the size too little.
+    /// Insufficient growth of the size in the last round.
     #[error("the last round brought too little improvement")]
     NoLongerPays,
-    /// All of the uncertainty is tolerated.
+    /// Tolerance of all of the uncertainty.
     #[error("all of the declared uncertainty is tolerated")]
     FullSize,
-    /// The largest number of rounds was reached.
+    /// The largest number of rounds.
     #[error("the largest number of rounds was reached")]
     Rounds,
-    /// No controller was found.
+    /// Failure to find a controller.
     #[error("no better controller was found: {0}")]
     Synthesis(SynthesisError),
-    /// The new controller has no bound at the allowed gain.
+    /// No bound of the new controller at the allowed gain.
     #[error("the last controller has no bound at that gain")]
     NoBound,
 }
@@ -78,7 +79,7 @@ pub enum StopReason {
 /// A controller that tolerates a larger Delta, or the given one if none does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobustDesign {
-    /// The controller.
+    /// The robust controller.
     pub controller: Controller,
     /// The largest size at which its gain stays below the allowed one, and the bound there.
     pub largest: RobustBound,
@@ -86,25 +87,25 @@ pub struct RobustDesign {
     pub given_largest: RobustBound,
     /// The successful rounds.
     pub rounds: Vec<Round>,
-    /// Why no more rounds followed.
+    /// Reason for the end of the rounds.
     pub stop: StopReason,
 }
 
-/// The given controller has no bound at the allowed gain.
+/// Error of a given controller without a bound at the allowed gain.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
     "no size of the uncertainty was found at which the gain with the given controller is proved to stay below \
      {gamma:.4}"
 )]
 pub struct NoSize {
-    /// The gain.
+    /// The allowed gain.
     pub gamma: f64,
 }
 
 /// Raises the size of Delta tolerated at a gain by alternating synthesis and analysis, starting from a controller and a
 /// bound of its loop at Delta = 0. `on_round` is called after each round.
 ///
-/// # Errors
+/// Returns [`NoSize`] if the given controller has no bound at the allowed gain.
 /// [`NoSize`].
 pub fn more_robust(
     uncertain: &UncertainPlant,
@@ -170,10 +171,11 @@ fn round(
     Ok((round, found.controller, largest))
 }
 
-/// The allowed relative rise of the gain of the weighted plant without the fast modes; the next round starts from it.
+/// The allowed relative increase of the gain of the weighted plant without the fast modes, from which the next round
+/// starts.
 const RISE_WITHOUT_FAST_MODES: f64 = 0.2;
 
-/// The design without the modes of its controller that are too fast.
+/// Returns the design without the modes of its controller that are too fast.
 fn slow_enough(
     weighted: &GeneralisedPlant,
     found: Design,
@@ -194,9 +196,9 @@ mod tests {
     use crate::robust::uncertain_plant::tests::plant;
     use crate::synthesis::synthesise;
 
-    /// The robust controller tolerates more at the same gain, and frozen loops within the size confirm both bounds.
+    /// The robust controller tolerates a larger size at the same gain, and frozen loops within it confirm both bounds.
     #[test]
-    fn rounds_raise_what_is_tolerated() {
+    fn rounds_increase_the_tolerated_size() {
         let uncertain = plant();
         let nominal = synthesise(&uncertain.nominal(), Options::default()).unwrap();
         let gamma = 1.2 * nominal.certified.gamma;
@@ -224,7 +226,7 @@ mod tests {
 
     /// A bound raised for a proof holds with a larger margin, at little more gain.
     #[test]
-    fn a_bound_is_cleared() {
+    fn a_raised_bound_has_a_larger_margin() {
         let uncertain = plant();
         let nominal = synthesise(&uncertain.nominal(), Options::default()).unwrap();
         let closed = RobustLoop::new(&uncertain, &nominal.controller);

@@ -34,7 +34,7 @@ const FINE_TOLERANCE: f64 = 0.01;
 /// The number of restarts, each in the coordinates of the last point.
 const MOST_RESTARTS: usize = 3;
 
-/// The size of all of the declared uncertainty: larger ones are not sought.
+/// The size of all of the declared uncertainty, which limits the search.
 pub const FULL_SIZE: f64 = 1.0;
 
 /// The size of a first bound, and the largest number of halvings of one that is too large.
@@ -47,18 +47,18 @@ const MOST_FIRST_SIZES: i32 = 4;
 /// Scalings of a first S, tried if the search from it fails.
 const FIRST_SCALES: [f64; 5] = [1.0, 0.1, 10.0, 0.01, 100.0];
 
-/// The factor by which gamma is raised until a size is reached, and the largest number of raises.
+/// The factor by which gamma is raised until a size is reached, and the largest number of increases.
 const GAMMA_RAISE: f64 = 1.5;
 const MOST_RAISES: usize = 6;
 
 impl<'a> RobustLoop<'a> {
-    /// The loop that a controller closes.
+    /// Builds the loop that a controller closes.
     pub fn new(uncertain: &'a UncertainPlant, controller: &'a Controller) -> Self {
         Self { uncertain, controller }
     }
 
-    /// A bound at a small size, started from the Lyapunov matrix of a known bound of the loop, with the largest margin
-    /// at `gamma`; `None` if none was found.
+    /// Returns a bound at a small size, started from the Lyapunov matrix of a known bound of the loop, with the largest
+    /// margin at `gamma`; `None` if none was found.
     pub fn at_small_size(&self, known: &GainBound, gamma: f64) -> Option<RobustBound> {
         let first = |size: f64| {
             let s = balanced(&self.closed(size), gamma);
@@ -72,20 +72,21 @@ impl<'a> RobustLoop<'a> {
         self.with_margin(&sizes.find_map(first)?, gamma)
     }
 
-    /// A bound at size 1, started from the Lyapunov matrix of a known bound of the loop; `None` if none was found.
+    /// Returns a bound at size 1, started from the Lyapunov matrix of a known bound; `None` if none was found.
     pub fn bound(&self, known: &GainBound) -> Option<RobustBound> {
         let s = balanced(&self.closed(1.0), FIRST_GAMMA_FACTOR * known.gamma);
         let first = |scale: &f64| self.searched(&self.guess(known, &s * *scale), ROUGH_TOLERANCE);
         Some(self.tightened(FIRST_SCALES.iter().find_map(first)?))
     }
 
-    /// A starting point: the Lyapunov matrix of a known bound, with an S.
+    /// Returns a starting point: the Lyapunov matrix of a known bound, with an S.
     fn guess(&self, known: &GainBound, s: Mat) -> RobustBound {
         let (gamma, t) = (FIRST_GAMMA_FACTOR * known.gamma, Mat::zeros(s.nrows(), s.nrows()));
         RobustBound { size: 1.0, bound: GainBound { gamma, s, t, lambda: 0.0, ..known.clone() } }
     }
 
-    /// The largest size, at most that of the bound, for which its multipliers prove gamma; `None` if there is none.
+    /// Returns the largest size, up to that of the bound, at which its multipliers prove gamma; `None` if there is
+    /// none.
     pub fn at_gamma(&self, known: &RobustBound, gamma: f64) -> Option<RobustBound> {
         let bound = GainBound { gamma, ..known.bound.clone() };
         let at = RobustBound { size: known.size, bound };
@@ -93,7 +94,7 @@ impl<'a> RobustLoop<'a> {
         sizes.map(|size| self.resized(&at, size)).find(|b| b.bound.largest_eigenvalue < 0.0)
     }
 
-    /// The bound at another size, started from a known one.
+    /// Returns the bound at another size, started from a known one.
     pub fn at_size(&self, known: &RobustBound, size: f64) -> Option<RobustBound> {
         let mut at = known.clone();
         for _ in 0..MOST_RAISES {
@@ -107,8 +108,8 @@ impl<'a> RobustLoop<'a> {
         None
     }
 
-    /// The largest size, up to about [`FULL_SIZE`], at which the gain stays below `gamma`, within a few per cent, and
-    /// the bound there. `None` if the known multipliers prove it at no size.
+    /// Returns the largest size, up to about [`FULL_SIZE`], at which the gain stays below `gamma`, within a few per
+    /// cent, and the bound there. `None` if the known multipliers prove it at no size.
     pub fn largest_size(&self, known: &RobustBound, gamma: f64) -> Option<RobustBound> {
         let found = self.widened(&self.at_gamma(known, gamma)?, FULL_SIZE);
         let full = self.resized(&found, FULL_SIZE);
@@ -142,12 +143,12 @@ impl<'a> RobustLoop<'a> {
         (bound.largest_eigenvalue < 0.0).then_some(RobustBound { size: at.size, bound })
     }
 
-    /// A bound at the same size with the largest margin at a gamma 1 % larger, for a proof.
+    /// Returns a bound at the same size with the largest margin at a gamma 1 % larger, for a proof.
     pub fn with_raised_gamma(&self, at: &RobustBound) -> Option<RobustBound> {
         self.with_margin(at, (1.0 + GAMMA_SHARE) * at.bound.gamma)
     }
 
-    /// A bound at the same size with the largest margin at a larger gamma.
+    /// Returns a bound at the same size with the largest margin at a larger gamma.
     fn with_margin(&self, at: &RobustBound, gamma: f64) -> Option<RobustBound> {
         let closed = self.closed(at.size);
         let given = GainBound { gamma, ..at.bound.clone() };
@@ -155,15 +156,15 @@ impl<'a> RobustLoop<'a> {
         Some(RobustBound { size: at.size, bound })
     }
 
-    /// S and T of Delta. Each is square, with one row per channel of Delta.
+    /// Returns S and T of Delta. Each is square, with one row per channel of Delta.
     pub fn multipliers_of_delta(&self, bound: &GainBound) -> (Mat, Mat) {
         let (r, k) = (self.of_delta().start, self.of_delta().len());
         let part = |m: &Mat| m.view((r, r), (k, k)).into_owned();
         (part(&bound.s), part(&bound.t))
     }
 
-    /// The bound of the loop proved through [`UncertainPlant::weighted`] with the multipliers S and T of Delta, at its
-    /// `size` and `gamma`; if the proved gain is above 1, only an estimate.
+    /// Returns the bound of the loop proved through [`UncertainPlant::weighted`] with the multipliers S and T of Delta,
+    /// at its `size` and `gamma`; if the proved gain is above 1, only an estimate.
     pub fn from_weighted(&self, shown: &GainBound, size: f64, gamma: f64, s: &Mat, t: &Mat) -> RobustBound {
         let (r, k) = (self.uncertain.scheduled_channels(), self.uncertain.unknown_channels());
         let joined = |theta: &Mat, delta: &Mat| {
@@ -192,7 +193,7 @@ impl<'a> RobustLoop<'a> {
         found
     }
 
-    /// The channels of Delta.
+    /// Returns the channels of Delta.
     pub(crate) fn of_delta(&self) -> Range<usize> {
         let first = self.uncertain.scheduled_channels();
         first..first + self.uncertain.unknown_channels()
@@ -211,8 +212,8 @@ impl<'a> RobustLoop<'a> {
 /// The initial gamma, relative to the known bound.
 const FIRST_GAMMA_FACTOR: f64 = 1.2;
 
-/// A diagonal S that balances the gains into and out of each channel, by the largest entries of the frequency response
-/// at Theta = 0; w and z are one channel, in units in which a gain of `gamma` is 1.
+/// Returns a diagonal S that balances the gains into and out of each channel, by the largest entries of the frequency
+/// response at Theta = 0; w and z are one channel, in units in which a gain of `gamma` is 1.
 ///
 /// Sources: E. E. Osborne, J. ACM 7(4), 1960; as a multiplier M. G. Safonov, IEE Proc. D 129(6), 1982.
 pub(crate) fn balanced(closed: &ClosedLoop, gamma: f64) -> Mat {
@@ -240,7 +241,7 @@ const NEGLIGIBLE_ENTRY: f64 = 1e-9;
 const FREQUENCY_DECADES: (f64, f64) = (-3.0, 3.0);
 const FREQUENCY_COUNT: i32 = 40;
 
-/// The maximum over frequency of each entry of the response of the channels, with w and z as a last one.
+/// Returns the maximum over frequency of each entry of the response of the channels, with w and z as the last one.
 fn largest_entries(closed: &ClosedLoop) -> Mat {
     let Sizes { t: m, w, z, .. } = closed.parts.sizes();
     let system = closed.parts.state_space(&[Group::T, Group::Z], &[Group::T, Group::W]);

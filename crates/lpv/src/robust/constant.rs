@@ -53,14 +53,14 @@ const CLEAR: f64 = 1e-7;
 const MOST_ROUNDS: usize = 6;
 
 /// The cost of the trace of S relative to gamma, in units in which S is about 1: gamma hardly depends on large parts of
-/// S, but X would follow them until rounding hides whether the inequality holds.
+/// S, but X would follow them until rounding decides whether the inequality holds.
 const SIZE_COST: f64 = 1e-4;
 
 /// The tolerance of gamma in the first round, and the distance of the neighbours added to the worst candidate.
 const ROUGH_TOLERANCE: f64 = 0.1;
 const NEIGHBOUR: usize = 2;
 
-/// The raise of gamma above that of the imposed frequencies, and further raises until an X exists.
+/// The increase of gamma above that of the imposed frequencies, and further increases until an X exists.
 const RAISE: f64 = 1.005;
 const MORE_RAISES: [f64; 4] = [1.0, 1.005, 1.02, 1.1];
 
@@ -73,11 +73,11 @@ const MORE_RAISES: [f64; 4] = [1.0, 1.005, 1.02, 1.1];
 pub struct ConstantBound {
     /// The bound.
     pub gamma: f64,
-    /// States, square; in general indefinite.
+    /// Storage matrix, states square; in general indefinite.
     pub x: Mat,
-    /// Channels, square.
+    /// Symmetric scaling, channels square.
     pub s: Mat,
-    /// Channels, square.
+    /// Skew scaling, channels square.
     pub t: Mat,
     /// The multiplier of each model error.
     pub lambdas: Vec<f64>,
@@ -88,12 +88,12 @@ pub struct ConstantBound {
 }
 
 impl ConstantLoop {
-    /// A bound within a relative `tolerance` of the least that these multipliers prove; `guess` is the order of
+    /// Returns a bound within a relative `tolerance` of the least that these multipliers prove; `guess` is the order of
     /// magnitude of gamma. Tighter bounds hold with a smaller margin. The search is abandoned once it shows that the
     /// bound will exceed `most`.
     ///
     /// # Errors
-    /// [`SynthesisError::Numerical`] if none was found: there may be none.
+    /// Returns [`SynthesisError::Numerical`] if none was found: there may be none.
     pub fn bound(&self, guess: f64, tolerance: f64, most: f64) -> Result<ConstantBound, SynthesisError> {
         let failed = |why: &str| SynthesisError::numerical(STAGE, why.to_owned());
         if spectral_abscissa(&self.closed.a()) >= 0.0 {
@@ -128,9 +128,9 @@ impl ConstantLoop {
         })
     }
 
-    /// Multipliers and the least gamma for which the inequality holds at all candidate frequencies: it is imposed at a
-    /// few of them, then also where it is violated. A search that `continues` starts from the previous multipliers if
-    /// possible: it takes half as long, but sometimes ends where rounding hides X.
+    /// Returns multipliers and the least gamma for which the inequality holds at all candidate frequencies: it is
+    /// imposed at a few of them, then also where it is violated. A search that `continues` starts from the previous
+    /// multipliers if possible: it takes half as long, but sometimes ends where rounding prevents a proof by X.
     fn multipliers(
         &self,
         filtered: &Filtered,
@@ -174,7 +174,7 @@ impl ConstantLoop {
         None
     }
 
-    /// Y of `A'Y + YA = -I` in coordinates in which the loop is balanced.
+    /// Returns Y of `A'Y + YA = -I` in coordinates in which the loop is balanced.
     fn lyapunov(&self, filtered: &Filtered) -> Option<Mat> {
         let n = self.closed.a().nrows();
         let back = filtered.back.view((0, 0), (n, n)).into_owned();
@@ -184,7 +184,7 @@ impl ConstantLoop {
     }
 }
 
-/// Responses at the frequencies of the check: 0, values denser near 1 rad/s, and infinity.
+/// Returns the responses at the frequencies of the check: 0, values denser near 1 rad/s, and infinity.
 fn candidates(filtered: &Filtered) -> Vec<Response> {
     let inner = (-CANDIDATES..=CANDIDATES).map(|k| {
         let t = f64::from(k) / f64::from(CANDIDATES);
@@ -194,7 +194,7 @@ fn candidates(filtered: &Filtered) -> Vec<Response> {
     all.filter_map(|omega| Response::new(filtered, omega)).collect()
 }
 
-/// The local worst violations of the inequality with this form.
+/// Returns the indices of the local worst violations of the inequality with this form.
 fn worst_violated(responses: &[Response], form: &Mat) -> Vec<usize> {
     let least = |r: &Response| {
         let value = r.value(form);
@@ -215,12 +215,12 @@ mod tests {
 
     const DAMPING: f64 = 0.1;
 
-    /// `x'' + 2 zeta x' + (1 + size delta) x = w`, `z = x'`.
+    /// Returns `x'' + 2 zeta x' + (1 + size delta) x = w`, `z = x'`.
     fn oscillator(size: f64, rate: Option<f64>) -> ConstantLoop {
         behind(&[1.0], size, rate)
     }
 
-    /// The oscillator with filters of the given poles.
+    /// Returns the oscillator with filters of the given poles.
     fn behind(poles: &[f64], size: f64, rate: Option<f64>) -> ConstantLoop {
         let blocks = [
             (X, X, dmatrix![0.0, 1.0; -1.0, -2.0 * DAMPING]),
@@ -250,7 +250,7 @@ mod tests {
             assert!(found.gamma > exact && found.gamma < conservatism * exact, "{size}: {}", found.gamma);
             assert!(oscillator(size, None).bound(exact, 0.01, f64::INFINITY).is_err(), "{size}");
         }
-        // Below the limit of the small-gain theorem both have bounds.
+        // Both have bounds below the limit of the small-gain theorem.
         let jumping = oscillator(0.15, None).bound(exact, 0.01, f64::INFINITY).unwrap().gamma;
         let constant = oscillator(0.15, Some(0.0)).bound(exact, 0.01, f64::INFINITY).unwrap().gamma;
         assert!(
@@ -261,7 +261,7 @@ mod tests {
 
     /// More poles give a tighter bound.
     #[test]
-    fn more_filters_show_a_lower_gain() {
+    fn more_filters_prove_a_lower_gain() {
         let exact = 1.0 / (2.0 * DAMPING);
         let gamma = |poles: &[f64]| {
             let found = behind(poles, 0.9, Some(0.0)).bound(exact, 1e-3, f64::INFINITY).unwrap();

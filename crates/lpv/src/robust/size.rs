@@ -1,4 +1,4 @@
-//! The largest size of Delta for a gain: a bound of the loop is widened step by step.
+//! The largest size of Delta for a gain, by widening a bound of the loop step by step.
 //!
 //! The rows N of Delta's channels grow with the size: the inequality of [`crate::analysis::bounded_gain()`] becomes
 //!
@@ -9,7 +9,7 @@
 //! where S_d is Delta's part of S, and Delta's part of T is divided by the growth of the size. In the coordinates in
 //! which the previous S is the identity, `S_d < growth I` and `F + tau growth N'N < 0` suffice: tau enters linearly,
 //! and tau = 0 is feasible at the previous point, which therefore is a starting point. The size that the multipliers
-//! really reach is evaluated afterwards. The ratio is thus maximised as in W. Dinkelbach, Management Science 13(7),
+//! actually prove is evaluated afterwards. The ratio is thus maximised as in W. Dinkelbach, Management Science 13(7),
 //! 1967.
 
 use crate::analysis::bounded_gain::{Base, Posed};
@@ -34,8 +34,8 @@ const MOST_STEPS: usize = 40;
 const LEAST_GROWTH: f64 = 0.02;
 
 impl RobustLoop<'_> {
-    /// The largest size at which the gain stays below the gamma of a bound, within a few per cent, or one beyond
-    /// `enough`.
+    /// Returns the bound of the largest size at which the gain stays below the gamma of a bound, within a few per cent,
+    /// or of one beyond `enough`.
     pub(crate) fn widened(&self, known: &RobustBound, enough: f64) -> RobustBound {
         let mut at = known.clone();
         for _ in 0..MOST_STEPS {
@@ -51,7 +51,7 @@ impl RobustLoop<'_> {
         at
     }
 
-    /// Multipliers for a larger size.
+    /// Returns multipliers for a larger size.
     fn step(&self, at: &RobustBound) -> Option<RobustBound> {
         let closed = self.closed(at.size);
         let none = LoopError::none(&closed);
@@ -91,7 +91,7 @@ impl RobustLoop<'_> {
         (wider.bound.largest_eigenvalue < 0.0).then_some(wider)
     }
 
-    /// The multipliers of a bound at another size.
+    /// Returns the multipliers of a bound at another size.
     pub fn resized(&self, at: &RobustBound, size: f64) -> RobustBound {
         let mut out = RobustBound { size, bound: at.bound.clone() };
         let rows = self.of_delta();

@@ -14,17 +14,17 @@ pub struct UncertainPlant {
 }
 
 impl UncertainPlant {
-    /// The number of channels of Theta.
+    /// Returns the number of channels of Theta.
     pub fn scheduled_channels(&self) -> usize {
         self.plant.blocks.iter().take(self.scheduled).sum()
     }
 
-    /// The number of channels of Delta.
+    /// Returns the number of channels of Delta.
     pub fn unknown_channels(&self) -> usize {
         self.plant.blocks.iter().skip(self.scheduled).sum()
     }
 
-    /// The plant with `|delta_i| <= size`, normalised to 1.
+    /// Returns the plant with `|delta_i| <= size`, normalised to 1.
     pub fn sized(&self, size: f64) -> GeneralisedPlant {
         let (r, k) = (self.scheduled_channels(), self.unknown_channels());
         let mut out = self.plant.clone();
@@ -32,15 +32,15 @@ impl UncertainPlant {
         out
     }
 
-    /// The plant at Delta = 0.
+    /// Returns the plant at Delta = 0.
     pub fn nominal(&self) -> GeneralisedPlant {
         let r = self.scheduled_channels();
         let parts = self.plant.parts.resized(T, r);
         GeneralisedPlant { parts, blocks: self.plant.blocks[..self.scheduled].to_vec() }
     }
 
-    /// The plant, scheduled on Theta only, whose gain is below 1 if the multipliers S and T of Delta, channels of Delta
-    /// square, prove a gain below `gamma` for every Delta up to `size`.
+    /// Returns the plant, scheduled on Theta only, whose gain is below 1 if the multipliers S and T of Delta, channels
+    /// of Delta square, prove a gain below `gamma` for every Delta up to `size`.
     pub fn weighted(&self, size: f64, gamma: f64, s: &Mat, t: &Mat) -> GeneralisedPlant {
         let (r, k) = (self.scheduled_channels(), self.unknown_channels());
         let sized = self.sized(size).in_units_of(gamma);
@@ -74,7 +74,7 @@ pub(crate) mod tests {
     use crate::matrix::{block, largest_singular_value};
     use nalgebra::dmatrix;
 
-    /// A lightly damped oscillator whose stiffness depends on theta and on a delta that also acts on the input.
+    /// Returns a lightly damped oscillator whose stiffness depends on theta and on a delta that also acts on the input.
     pub(crate) fn plant() -> UncertainPlant {
         let blocks = [
             (X, X, dmatrix![0.0, 1.0; -1.0, -0.02]),
@@ -95,7 +95,7 @@ pub(crate) mod tests {
 
     /// The quadratic form of the weighted channels is the one that S and T define.
     #[test]
-    fn weighing_completes_the_square() {
+    fn weighting_completes_the_square() {
         let uncertain = plant();
         let (s, t) = (dmatrix![2.0, 0.3; 0.3, 1.0], dmatrix![0.0, 0.7; -0.7, 0.0]);
         let (size, gamma) = (0.8, 1.7);
@@ -109,13 +109,13 @@ pub(crate) mod tests {
             .rows(1, 2)
             .into_owned();
         let form = |a: &Mat, m: &Mat, b: &Mat| (a.transpose() * m * b)[(0, 0)];
-        let wanted = form(&zd, &s, &zd) + 2.0 * form(&wd, &t, &zd) - form(&wd, &s, &wd);
+        let expected = form(&zd, &s, &zd) + 2.0 * form(&wd, &t, &zd) - form(&wd, &s, &wd);
         let other =
             symmetric_function(&(&s + &t * s.clone().try_inverse().unwrap() * t.transpose()), f64::sqrt);
         let all = block(&[&[&(&other * &wd)], &[&(&w * gamma.sqrt())]]);
         let z = &weighted.c1() * &x + &weighted.d1t() * wt + &weighted.d11() * &all + &weighted.d12() * u;
         let found = z.rows(0, 2).norm_squared() - all.rows(0, 2).norm_squared();
-        assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
+        assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         let moved = &weighted.a() * &x + &weighted.bt() * wt + &weighted.b1() * &all + &weighted.b2() * u;
         let channels = block(&[&[&dmatrix![wt]], &[&wd]]);
         let truth = &sized.a() * &x + &sized.bt() * channels + &sized.b1() * &w + &sized.b2() * u;

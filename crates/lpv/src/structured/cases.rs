@@ -1,4 +1,4 @@
-//! A scheduled loop for tests, and slopes by differences.
+//! A scheduled loop for tests, and slopes by finite differences.
 
 use crate::matrix::Mat;
 use crate::structured::structure::Structure;
@@ -6,12 +6,12 @@ use crate::system::Group::{U, X, Y};
 use crate::system::{CONTROLLER, Controller, GeneralisedPlant, PLANT, Partitioned, Sizes};
 use nalgebra::DVector;
 
-/// Entries without a pattern, the same at each call.
+/// Returns entries without a pattern, the same at each call.
 fn entries(rows: usize, columns: usize, phase: f64) -> Mat {
     Mat::from_fn(rows, columns, |i, j| (7.3 * (i as f64 + 1.3 * phase) + 3.1 * (j * j) as f64 + phase).sin())
 }
 
-/// A plant and a controller with states and channels, every group of its matrix moved by each of three gains.
+/// Returns a plant and a controller with states and channels; each of three gains changes every group of its matrix.
 pub(crate) fn scheduled() -> (GeneralisedPlant, Structure) {
     let sizes = Sizes { x: 3, t: 2, w: 2, z: 2, u: 2, y: 2 };
     let mut parts = Partitioned::of(entries(9, 9, 0.4) * 0.3, PLANT, sizes);

@@ -27,11 +27,11 @@ pub(crate) struct Frozen<'a> {
 
 /// A loop frozen at one parameter value.
 pub(crate) struct FrozenLoop {
-    /// In coordinates in which the row and the column of each state are of equal size.
+    /// The system in coordinates in which the row and the column of each state are of equal size.
     system: StateSpace,
     /// The unit of each of its states.
     units: Vec<f64>,
-    /// `[M_xt; M_zt] D` and `D [M_tx, M_tw]`.
+    /// The factors `[M_xt; M_zt] D` and `D [M_tx, M_tw]`.
     from_channels: Mat,
     to_channels: Mat,
     /// The H-infinity norm and its frequency, rad/s.
@@ -48,7 +48,7 @@ impl FrozenLoop {
         Some(Self { system, units, from_channels, to_channels, norm: (f64::INFINITY, 0.0) })
     }
 
-    /// `l* F_i r` for each direction, for l over x', z and r over x, w.
+    /// Returns `l* F_i r` for each direction, for l over x', z and r over x, w.
     fn slopes(
         &self,
         directions: &[Partitioned],
@@ -77,7 +77,7 @@ impl FrozenLoop {
         DVector::from_iterator(directions.len(), directions.iter().map(slope))
     }
 
-    /// The largest singular values of the response at a frequency (rad/s), as pieces.
+    /// Returns the largest singular values of the response at a frequency (rad/s), as pieces.
     fn at_frequency(
         &self,
         index: usize,
@@ -106,7 +106,7 @@ impl FrozenLoop {
         Some(pieces.map(piece).collect())
     }
 
-    /// Frequencies of local peaks of the largest singular value, rad/s, with values of at least `least`.
+    /// Returns frequencies of local peaks of the largest singular value, rad/s, with values of at least `least`.
     fn peaks(&self, least: f64) -> Vec<f64> {
         let (norm, at_norm) = self.norm;
         let poles: Vec<f64> = self.system.poles().iter().map(|pole| pole.norm()).collect();
@@ -145,7 +145,7 @@ impl FrozenLoop {
         out
     }
 
-    /// The peak in an interval of frequencies around a point higher than its ends, by golden section.
+    /// Returns the peak in an interval of frequencies around a point higher than its ends, by golden section.
     fn refined(&self, low: f64, middle: f64, high: f64) -> (f64, f64) {
         let (mut low, mut high) = (low.max(1e-3 * middle).ln(), high.ln());
         let gain = |log: f64| self.system.gain_at(log.exp());
@@ -166,7 +166,7 @@ impl FrozenLoop {
         if at_one >= at_other { (one.exp(), at_one) } else { (other.exp(), at_other) }
     }
 
-    /// The slowest modes, as pieces of their real parts. `None` if the modes cannot be computed.
+    /// Returns the slowest modes, as pieces of their real parts. `None` if the modes cannot be computed.
     fn modes(&self, index: usize, directions: &[Partitioned], most: usize) -> Option<Vec<Piece>> {
         let Modes { values, right, left } = eigenvectors(&self.system.a)?;
         let mut order: Vec<usize> = (0..values.len()).filter(|k| values[*k].im >= 0.0).collect();
@@ -184,8 +184,8 @@ impl FrozenLoop {
     }
 }
 
-/// The system in coordinates in which the row and the column of each state have equal norms, and the units of its
-/// states.
+/// Returns the system in coordinates in which the row and the column of each state have equal norms, and the units of
+/// its states.
 ///
 /// Source: E. E. Osborne, J. ACM 7(4), 1960.
 fn balanced(system: &StateSpace) -> (StateSpace, Vec<f64>) {
@@ -211,23 +211,23 @@ fn balanced(system: &StateSpace) -> (StateSpace, Vec<f64>) {
 
 const BALANCING_ROUNDS: usize = 10;
 
-/// The number of frequencies at which local peaks are sought, and the factor beyond the slowest and fastest mode.
+/// The number of frequencies in the search for local peaks, and the factor beyond the slowest and fastest mode.
 const GRID_POINTS: usize = 40;
 const GRID_BEYOND: f64 = 10.0;
 
-/// The steps of the refinement of a peak.
+/// The number of refinement steps of a peak.
 const GOLDEN_STEPS: usize = 16;
 
-/// Local peaks and singular values below this fraction of the largest are left out.
+/// The fraction of the largest below which local peaks and singular values are left out.
 const PEAKS_FROM: f64 = 0.6;
 
-/// The real part from which a loop is taken as stable, relative to the typical mode.
+/// The real part, relative to the typical mode, below which a loop is taken as stable.
 const STABLE_BY: f64 = 0.03;
 
-/// How many of the slowest modes limit a step, for each parameter value.
+/// The number of slowest modes that limit a step, for each parameter value.
 const SLOWEST_MODES: usize = 3;
 
-/// A frequency as a place: 0 and infinity are far from all others.
+/// Maps a frequency to a coordinate in which 0 and infinity are far from all others.
 fn place(omega: f64) -> f64 {
     omega.clamp(1e-9, 1e9).ln()
 }
@@ -287,7 +287,7 @@ pub(crate) struct LargestAbscissa<'a> {
     frozen: Frozen<'a>,
     /// The typical size of a mode, rad/s.
     size: f64,
-    /// The change of each gain that changes the loop's A by its size. Slopes of eigenvalues may be infinite.
+    /// The change of each gain that changes the loop's A by its own size. Slopes of eigenvalues may be infinite.
     pub(crate) units: Vec<f64>,
 }
 
@@ -352,7 +352,7 @@ mod tests {
     use crate::structured::cases::{differences, scheduled};
 
     #[test]
-    fn the_slopes_are_those_of_differences() {
+    fn the_slopes_agree_with_finite_differences() {
         let (plant, structure) = scheduled();
         let of = Loop::new(&plant, &structure);
         let gains = [0.2, -0.3, 0.1];

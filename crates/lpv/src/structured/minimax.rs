@@ -1,4 +1,4 @@
-//! Minimisation of a function that is the largest of smooth ones, by sequential quadratic programming.
+//! Minimisation of the maximum of smooth functions, by sequential quadratic programming.
 //!
 //! Each step minimises the largest of the pieces, linearised, with one quadratic term for all, within a trust region.
 //! The quadratic term approximates the Hessian of the Lagrangian by damped BFGS updates. Sources: E. Polak, Y. Wardi,
@@ -10,47 +10,47 @@ use crate::stop;
 use crate::structured::quadratic_program::{Line, minimax_step};
 use nalgebra::DVector;
 
-/// A smooth piece of the function, or of a limit: its value, its slope, and where it comes from.
+/// A smooth piece of the function, or of a limit: its value, its slope and its origin.
 pub(crate) struct Piece {
     pub(crate) value: f64,
     pub(crate) slope: DVector<f64>,
-    /// Which of several systems, and the place there, of which near ones belong to one piece.
+    /// The index of the system, and the coordinate in it; near coordinates belong to one piece.
     pub(crate) place: (usize, f64),
 }
 
 /// The pieces at a point.
 pub(crate) struct Pieces {
-    /// Those that may be the largest nearby.
+    /// Pieces that may be the largest nearby.
     pub(crate) objective: Vec<Piece>,
-    /// Those that must stay negative.
+    /// Pieces that must stay negative.
     pub(crate) limits: Vec<Piece>,
 }
 
-/// A function that is the largest of smooth ones.
+/// A function that is the maximum of smooth ones.
 pub(crate) trait Function {
-    /// What a value leaves for the pieces.
+    /// The data of an evaluation that the pieces need.
     type At;
-    /// The value; `None` where there is none.
+    /// Returns the value; `None` if it is not defined.
     fn value(&self, gains: &[f64]) -> Option<(f64, Self::At)>;
-    /// The pieces at a point with a value.
+    /// Returns the pieces at a point with a value.
     fn pieces(&self, at: &Self::At) -> Option<Pieces>;
-    /// Pieces at a point that were found to be large at another.
+    /// Returns the pieces at a point that were found to be large at another.
     fn seen_from(&self, at: &Self::At, other: &Self::At) -> Vec<Piece>;
-    /// The size of a change of the value that matters.
+    /// Returns the size of a significant change of the value.
     fn size(&self, value: f64) -> f64 {
         value
     }
-    /// The change of each gain that matters.
+    /// Returns the significant change of each gain.
     fn units(&self, value: f64, pieces: &Pieces) -> DVector<f64> {
         units_of(pieces, value)
     }
-    /// Whether a value is small enough to end the search.
+    /// Returns `true` if a value is small enough to end the search.
     fn suffices(&self, _: f64) -> bool {
         false
     }
 }
 
-/// How long to search.
+/// Limits of the search.
 #[derive(Clone, Copy)]
 pub(crate) struct Effort {
     /// The largest number of steps.
@@ -60,23 +60,23 @@ pub(crate) struct Effort {
     /// The relative decrease over a number of steps below which the search ends.
     pub(crate) slow: f64,
     pub(crate) slow_steps: usize,
-    /// How often the quadratic term begins anew when steps have become too small.
+    /// The number of times that the quadratic term is reset when steps have become too small.
     pub(crate) resets: usize,
     /// The first trust region, in units of the gains.
     pub(crate) radius: f64,
 }
 
-/// A trust region smaller than this, in units of the gains, ends the search.
+/// The trust region, in units of the gains, below which the search ends.
 const SMALLEST_RADIUS: f64 = 1e-9;
 
-/// The share of the predicted decrease from which a step is taken, and that from which the trust region grows.
+/// The ratio of the actual to the predicted decrease from which a step is taken, and that from which the region grows.
 const ENOUGH: f64 = 0.05;
 const GOOD: f64 = 0.6;
 
-/// The part of the distance of a limit from zero that one step may use up.
+/// The fraction of the distance of a limit from zero that one step may use.
 const PART_OF_LIMIT: f64 = 0.9;
 
-/// The point that the search from `start` reaches, and its value; `None` if there is no value at the start.
+/// Returns the point that the search from `start` reaches, and its value; `None` if there is no value at the start.
 pub(crate) fn minimise<F: Function>(function: &F, start: &[f64], effort: Effort) -> Option<(Vec<f64>, f64)> {
     let (value, at) = function.value(start)?;
     let pieces = function.pieces(&at)?;
@@ -84,13 +84,13 @@ pub(crate) fn minimise<F: Function>(function: &F, start: &[f64], effort: Effort)
     let hessian = Mat::identity(start.len(), start.len()) * function.size(value);
     let gains = DVector::from_column_slice(start);
     let mut state = State { function, gains, value, at, pieces, units, hessian, radius: effort.radius };
-    let (mut resets, mut taken) = (0, vec![value]);
+    let (mut resets, mut values) = (0, vec![value]);
     for _ in 0..effort.steps {
         stop::check();
-        if taken.last().is_some_and(|last| state.value < *last) {
-            taken.push(state.value);
+        if values.last().is_some_and(|last| state.value < *last) {
+            values.push(state.value);
         }
-        let before = taken.len().checked_sub(effort.slow_steps).map_or(f64::INFINITY, |k| taken[k]);
+        let before = values.len().checked_sub(effort.slow_steps).map_or(f64::INFINITY, |k| values[k]);
         if function.suffices(state.value) || before - state.value < effort.slow * function.size(state.value) {
             break;
         }
@@ -111,14 +111,14 @@ struct State<'a, F: Function> {
     value: f64,
     at: F::At,
     pieces: Pieces,
-    /// The units of the gains in which the quadratic term and the radius are.
+    /// The units of the gains for the quadratic term and the radius.
     units: DVector<f64>,
     hessian: Mat,
     radius: f64,
 }
 
 impl<F: Function> State<'_, F> {
-    /// One step, taken or not; whether another one may make progress. `None` if the pieces cannot be computed.
+    /// Makes one step, taken or not; `true` if another one may make progress. `None` if the pieces cannot be computed.
     fn advance(&mut self, least: f64) -> Option<bool> {
         let line = |piece: &Piece, part: f64| Line {
             value: part * piece.value,
@@ -159,7 +159,7 @@ impl<F: Function> State<'_, F> {
         self.radius > SMALLEST_RADIUS
     }
 
-    /// New units and a new quadratic term.
+    /// Sets new units and resets the quadratic term.
     fn reset(&mut self) {
         let size = self.function.size(self.value);
         self.units = self.function.units(self.value, &self.pieces);
@@ -168,10 +168,10 @@ impl<F: Function> State<'_, F> {
     }
 }
 
-/// The first trust region with a new quadratic term.
+/// The radius of the trust region after a reset of the quadratic term.
 const RADIUS_AFTER_RESET: f64 = 0.1;
 
-/// The change of each gain that changes the function by `size` according to the steepest piece.
+/// Returns the change of each gain that changes the function by `size` according to the steepest piece.
 fn units_of(pieces: &Pieces, size: f64) -> DVector<f64> {
     let largest = |i: usize| pieces.objective.iter().map(|piece| piece.slope[i].abs()).fold(0.0, f64::max);
     let n = pieces.objective.first().map_or(0, |piece| piece.slope.len());
@@ -186,7 +186,7 @@ fn units_of(pieces: &Pieces, size: f64) -> DVector<f64> {
 /// The least slope that sets the unit of a gain, relative to the largest.
 const LEAST_SLOPE: f64 = 1e-3;
 
-/// The change of the Lagrangian's slope from one point to the next, each piece compared with the nearest there.
+/// Returns the change of the Lagrangian's slope from one point to the next, each piece compared with the nearest there.
 fn change_of_slope(from: &Pieces, to: &Pieces, multipliers: &[f64]) -> DVector<f64> {
     let n = from.objective.first().map_or(0, |piece| piece.slope.len());
     let mut change = DVector::zeros(n);
@@ -200,7 +200,7 @@ fn change_of_slope(from: &Pieces, to: &Pieces, multipliers: &[f64]) -> DVector<f
     change
 }
 
-/// The damped BFGS update of H for a step s and the change y of the slope.
+/// Applies the damped BFGS update to H for a step s and the change y of the slope.
 fn update(hessian: &mut Mat, step: &DVector<f64>, change: &DVector<f64>) {
     let product = &*hessian * step;
     let (curvature, seen) = (step.dot(&product), step.dot(change));

@@ -1,6 +1,6 @@
 //! The bound of a loop for every trajectory of the parameters as a function of the gains, with its slope.
 //!
-//! At the least gamma of the analysis inequality F < 0 in X, S and T, with its multiplier Z, the derivative over a gain
+//! The derivative over a gain at the least gamma of the analysis inequality F < 0 in X, S and T, with its multiplier Z,
 //! is that of the Lagrangian:
 //!
 //! ```text
@@ -31,7 +31,7 @@ pub(crate) struct ProvedGain<'a> {
     known: RefCell<Known>,
 }
 
-/// What the points tried leave.
+/// The data of the points tried.
 struct Known {
     /// A bound of the best loop so far, from which the next search starts, and the least one.
     nearest: GainBound,
@@ -60,12 +60,12 @@ impl<'a> ProvedGain<'a> {
         Self { norm: LargestNorm(frozen), known: RefCell::new(known) }
     }
 
-    /// A bound of the best loop.
+    /// Returns a bound of the best loop.
     pub(crate) fn best(self) -> GainBound {
         self.known.into_inner().nearest
     }
 
-    /// The largest frozen norm and its slope, a lower bound of gamma.
+    /// Returns the largest frozen norm and its slope, a lower bound of gamma.
     fn of_frozen(&self, value: f64, at: &Vec<FrozenLoop>) -> Option<(f64, DVector<f64>)> {
         let pieces = self.norm.pieces(at)?.objective;
         let largest = pieces.into_iter().max_by(|a, b| a.value.total_cmp(&b.value))?;
@@ -106,7 +106,7 @@ impl Function for ProvedGain<'_> {
         Some((value, Proved { tangent, frozen: at }))
     }
 
-    /// The tangents at the points tried, and the frozen norms, which are below the bound.
+    /// Returns the tangents at the points tried, and the frozen norms, which are below the bound.
     fn pieces(&self, at: &Proved) -> Option<Pieces> {
         let mut pieces = self.norm.pieces(&at.frozen)?;
         let own =
@@ -123,17 +123,18 @@ impl Function for ProvedGain<'_> {
     }
 }
 
-/// How long the bound is minimised.
+/// The effort of the minimisation of the bound.
 pub(crate) const EFFORT: Effort =
     Effort { steps: 200, least: 3e-5, slow: 1e-3, slow_steps: 10, resets: 1, radius: 0.1 };
 
-/// A tangent at another point, at most the value here: a cutting plane.
+/// Returns a tangent at another point, at most the value here: a cutting plane.
 fn seen(at: &Tangent, other: &Tangent) -> Piece {
     let value = other.value + other.slope.dot(&(&at.gains - &other.gains));
     Piece { value: value.min(at.value), slope: other.slope.clone(), place: (usize::MAX - 1, value) }
 }
 
-/// A bound in the interior of the inequalities, from which that of a similar loop can be sought, found from `near`.
+/// Returns a bound in the interior of the inequalities, from which that of a similar loop can be found, starting at
+/// `near`.
 fn interior(closed: &ClosedLoop, near: &GainBound) -> Option<GainBound> {
     let error = LoopError::none(closed);
     let raised = |raise: &f64| GainBound { gamma: raise * near.gamma, ..near.clone() };
@@ -166,13 +167,13 @@ fn posed(base: Base) -> Option<Posed> {
 /// The relative distance from the least of a bound in the interior.
 const INTERIOR: f64 = 0.3;
 
-/// The raises of gamma at which the matrices of a loop are tried for another one.
+/// Increases of gamma at which the matrices of a loop are tried for another one.
 const RAISES: [f64; 3] = [1.01, 1.1, 1.5];
 
-/// The largest bound that is sought, relative to the known one.
+/// The largest bound accepted, relative to the known one.
 const LARGEST_RISE: f64 = 2.0;
 
-/// The least gamma of a loop and its slope over the gains, sought from one of its bounds.
+/// Returns the least gamma of a loop and its slope over the gains, searched from one of its bounds.
 fn least(closed: &ClosedLoop, directions: &[Partitioned], near: &GainBound) -> Option<(f64, DVector<f64>)> {
     let error = LoopError::none(closed);
     let base = Base { closed, error: &error, bound: near };
@@ -198,7 +199,7 @@ fn least(closed: &ClosedLoop, directions: &[Partitioned], near: &GainBound) -> O
 
 const STAGE: &str = "analysis of the loop of a fixed structure";
 
-/// The weights of the entries of the loop's matrix in `<Z, dF>`, normalised.
+/// Returns the weights of the entries of the loop's matrix in `<Z, dF>`, normalised.
 fn weights(closed: &ClosedLoop, [x, s, t]: [&Mat; 3], multiplier: &Mat) -> Mat {
     let sizes = closed.parts.sizes();
     let channel = closed.parts.join(&[T], &[X, T, W]);
@@ -220,7 +221,7 @@ mod tests {
     use crate::structured::structure::Loop;
 
     #[test]
-    fn the_slope_is_that_of_differences() {
+    fn the_slope_agrees_with_finite_differences() {
         let (plant, structure) = scheduled();
         let of = Loop::new(&plant, &structure);
         let at = |gains: &[f64]| {

@@ -1,4 +1,4 @@
-//! The step of sequential quadratic programming for a function that is the largest of smooth ones.
+//! The step of sequential quadratic programming for a maximum of smooth functions.
 
 use crate::matrix::Mat;
 use clarabel::algebra::CscMatrix;
@@ -13,14 +13,15 @@ pub(crate) struct Line {
     pub(crate) slope: DVector<f64>,
 }
 
-/// The step and what the lines say of it.
+/// The step and the multipliers of the lines.
 pub(crate) struct Step {
     pub(crate) step: DVector<f64>,
     /// The multiplier of each line of the objective; their sum is 1.
     pub(crate) multipliers: Vec<f64>,
 }
 
-/// The d that minimises `max_j (v_j + a_j'd) + d'H d/2` with `v_k + a_k'd <= 0` for every limit and `|d_i| <= radius`.
+/// Returns the d that minimises `max_j (v_j + a_j'd) + d'H d/2` with `v_k + a_k'd <= 0` for every limit and
+/// `|d_i| <= radius`.
 ///
 /// Shapes: H n x n, positive definite; each slope n. `None` if the solver fails.
 pub(crate) fn minimax_step(objective: &[Line], limits: &[Line], hessian: &Mat, radius: f64) -> Option<Step> {
@@ -61,15 +62,15 @@ pub(crate) fn minimax_step(objective: &[Line], limits: &[Line], hessian: &Mat, r
 }
 
 fn sparse(m: &Mat) -> CscMatrix<f64> {
-    let (mut starts, mut places, mut values) = (vec![0], vec![], vec![]);
+    let (mut starts, mut row_indices, mut values) = (vec![0], vec![], vec![]);
     for column in m.column_iter() {
         for (i, v) in column.iter().enumerate().filter(|(_, v)| **v != 0.0) {
-            places.push(i);
+            row_indices.push(i);
             values.push(*v);
         }
         starts.push(values.len());
     }
-    CscMatrix::new(m.nrows(), m.ncols(), starts, places, values)
+    CscMatrix::new(m.nrows(), m.ncols(), starts, row_indices, values)
 }
 
 #[cfg(test)]
@@ -79,7 +80,7 @@ mod tests {
 
     /// max(d1, -d1, d2 - 1) + |d|^2/2 with d2 >= -0.5: both kinks and the limit are active.
     #[test]
-    fn the_step_is_the_minimum_of_lines_and_curvature() {
+    fn the_step_minimises_the_piecewise_quadratic_function() {
         let line = |value, slope| Line { value, slope };
         let objective =
             [line(1.0, dvector![1.0, 0.5]), line(1.0, dvector![-1.0, 0.5]), line(-5.0, dvector![0.0, 1.0])];

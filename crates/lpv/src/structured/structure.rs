@@ -16,10 +16,10 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// The structure with the base K0 and a direction K_i for each gain.
+    /// Builds the structure with the base K0 and a direction K_i for each gain.
     ///
     /// # Errors
-    /// The first direction whose shape differs from that of the base.
+    /// Returns an error for the first direction whose shape differs from that of the base.
     pub fn new(base: Controller, directions: Vec<Mat>) -> Result<Self, SystemError> {
         let expected = base.matrix().shape();
         match directions.iter().find(|of| of.shape() != expected) {
@@ -28,9 +28,9 @@ impl Structure {
         }
     }
 
-    /// Every controller with constant matrices and `states` states: all entries are gains, except those of A below its
-    /// first subdiagonal, which are zero in some coordinates of any state. Without states it is static output feedback,
-    /// `u = Duy y`.
+    /// Returns the structure of all controllers with constant matrices and `states` states: all entries are gains,
+    /// except those of A below its first subdiagonal, which are zero in some coordinates of any state. Without states
+    /// it is static output feedback, `u = Duy y`.
     pub fn full(plant: &GeneralisedPlant, states: usize) -> Self {
         let s = plant.sizes();
         let blocks = vec![0; plant.blocks.len()];
@@ -47,15 +47,15 @@ impl Structure {
         Self { base: Controller { parts: zero, blocks }, directions }
     }
 
-    /// The number of gains.
+    /// Returns the number of gains.
     pub fn gains(&self) -> usize {
         self.directions.len()
     }
 
-    /// K(g).
+    /// Returns K(g).
     ///
     /// # Panics
-    /// Unless there is a gain for each direction.
+    /// If the number of gains is not the number of directions.
     pub fn controller(&self, gains: &[f64]) -> Controller {
         assert_eq!(gains.len(), self.gains(), "gains and directions");
         let sum = self
@@ -69,7 +69,7 @@ impl Structure {
         }
     }
 
-    /// Whether controller and plant have the same parameters, measurements and controls.
+    /// Checks that controller and plant have the same parameters, measurements and controls.
     pub(crate) fn check(&self, plant: &GeneralisedPlant) -> Result<(), SystemError> {
         let (k, p) = (self.base.parts.sizes(), plant.sizes());
         let (found, expected) = ((k.u, k.y), (p.u, p.y));
@@ -89,7 +89,7 @@ impl Structure {
 /// to y is zero: `M(g) = M0 + sum_i g_i M_i`.
 pub(crate) struct Loop {
     base: ClosedLoop,
-    /// M_i.
+    /// The directions M_i.
     pub(crate) directions: Vec<Partitioned>,
 }
 
@@ -106,7 +106,7 @@ impl Loop {
         Self { base: plant.close(&structure.base), directions }
     }
 
-    /// M(g).
+    /// Returns M(g).
     pub(crate) fn at(&self, gains: &[f64]) -> ClosedLoop {
         let parts = &self.base.parts;
         let sum = self

@@ -7,11 +7,11 @@ use crate::synthesis::design::Options;
 use crate::synthesis::inequalities::{COUPLING, DUAL, LmiSolution, PRIMAL, add_inequalities};
 use crate::system::GeneralisedPlant;
 
-/// A well-centred solution of the synthesis inequalities at a given gamma above the least.
+/// Returns a well-centred solution of the synthesis inequalities at a given gamma above the least.
 ///
 /// At the least gamma eigenvalues of X Y reach 1, X - Y^-1 is singular and the controller gets modes that no frozen
-/// frequency response shows. So the separation of X and Y^-1 (t in `[X tI; tI Y] >= 0`) is maximised first, under an
-/// upper bound on all unknowns. Half of it is then kept, and the margin of the inequalities maximised.
+/// frequency response shows. The separation of X and Y^-1 (t in `[X tI; tI Y] >= 0`) is therefore maximised first,
+/// under an upper bound on all unknowns. Half of it is then kept, and the margin of the inequalities maximised.
 pub(crate) fn centre(
     plant: &GeneralisedPlant,
     gamma: f64,
@@ -24,7 +24,7 @@ pub(crate) fn centre(
     let found = match clear {
         Ok((found, _)) if found.margin > 0.0 || separated.margin <= 0.0 => found,
         Err(error) if separated.margin <= 0.0 => return Err(error),
-        // Badly conditioned, but feasible.
+        // Badly conditioned but feasible.
         _ => separated,
     };
     if found.margin <= 0.0 {
@@ -44,9 +44,9 @@ const STAGE: &str = "back-off";
 /// The objective of [`maximise`].
 #[derive(Clone, Copy)]
 enum Aim {
-    /// t in `[X tI; tI Y] >= 0`.
+    /// The separation t in `[X tI; tI Y] >= 0`.
     Separation,
-    /// c in `primal <= -c I`, `dual <= -c I`, `S >= c I`, `Sigma >= c I`, at a given t.
+    /// The margin c in `primal <= -c I`, `dual <= -c I`, `S >= c I`, `Sigma >= c I`, at a given t.
     Margin { separation: f64 },
 }
 
@@ -102,7 +102,7 @@ fn maximise(
     Ok((relaxed, reached))
 }
 
-/// Above the least gamma a solution exists: a solver that reports none has failed.
+/// Converts a report of infeasibility to a failure: above the least gamma a solution exists.
 pub(crate) fn contradiction(error: SynthesisError) -> SynthesisError {
     match error {
         SynthesisError::Infeasible { stage } => SynthesisError::numerical(

@@ -25,17 +25,17 @@ pub struct Coordinates {
     pub(crate) measurement: Vec<f64>,
     /// The unit of each control, in the user's units.
     pub(crate) control: Vec<f64>,
-    /// rad/s.
+    /// Unit of frequency, rad/s.
     time_scale: f64,
 }
 
-/// The power of two nearest to a positive number, by its logarithm.
+/// Returns the power of two nearest to a positive number, by its logarithm.
 pub(crate) fn power_of_two(v: f64) -> f64 {
     v.log2().round().exp2()
 }
 
 impl Coordinates {
-    /// The unchanged coordinates.
+    /// Returns the unchanged coordinates.
     pub fn identity(plant: &GeneralisedPlant) -> Self {
         let s = plant.sizes();
         Self {
@@ -49,13 +49,13 @@ impl Coordinates {
         }
     }
 
-    /// Time scaled to the median of the plant's modes, then states, channels, y and u scaled so that their rows and
-    /// columns have equal norms.
+    /// Returns coordinates with time scaled to the median of the plant's modes, then states, channels, y and u scaled
+    /// so that their rows and columns have equal norms.
     pub fn diagonal(plant: &GeneralisedPlant) -> Self {
         Self::with_time_scale(plant, median_time_scale(&plant.a()))
     }
 
-    /// Diagonal coordinates with their factors rounded to powers of two, in which no number of the plant is rounded.
+    /// Returns diagonal coordinates with factors rounded to powers of two, in which no number of the plant is rounded.
     pub(crate) fn in_powers_of_two(&self) -> Self {
         let diagonals = |m: &Mat| {
             let rounded = m.diagonal().map(power_of_two);
@@ -74,7 +74,7 @@ impl Coordinates {
         }
     }
 
-    /// As [`Coordinates::diagonal`] with a given time scale, rad/s.
+    /// Returns [`Coordinates::diagonal`] with a given time scale, rad/s.
     pub(crate) fn with_time_scale(plant: &GeneralisedPlant, time_scale: f64) -> Self {
         let mut coordinates = Self { time_scale, ..Self::identity(plant) };
         for _ in 0..20 {
@@ -95,8 +95,8 @@ impl Coordinates {
         coordinates
     }
 
-    /// These coordinates followed by those in which the pairs (X, Y) and (S, Sigma) become equal and diagonal. `None`
-    /// if one of the matrices is not positive definite.
+    /// Returns these coordinates followed by those in which the pairs (X, Y) and (S, Sigma) become equal and diagonal.
+    /// `None` if one of the matrices is not positive definite.
     pub fn equalising(&self, x: &Mat, y: &Mat, s: &Mat, sigma: &Mat, channels: &[usize]) -> Option<Self> {
         let mut out = self.clone();
         let (t, t_inverse) = equalise(x, y)?;
@@ -122,12 +122,12 @@ impl Coordinates {
         Some(out)
     }
 
-    /// A rate (rad/s) in these coordinates' unit of time.
+    /// Converts a rate (rad/s) to these coordinates' unit of time.
     pub fn scaled_rate(&self, rate: f64) -> f64 {
         rate / self.time_scale
     }
 
-    /// A solution of the synthesis inequalities in the coordinates `from`, converted to these.
+    /// Converts a solution of the synthesis inequalities from the coordinates `from` to these.
     pub(crate) fn carry(&self, from: &Self, found: &LmiSolution) -> LmiSolution {
         // Both have the same time scale.
         let (t, t_inverse) = (&from.state_inverse * &self.state, &self.state_inverse * &from.state);
@@ -141,7 +141,7 @@ impl Coordinates {
         }
     }
 
-    /// The plant in these coordinates.
+    /// Returns the plant in these coordinates.
     pub fn apply(&self, p: &GeneralisedPlant) -> GeneralisedPlant {
         let (u, yi) =
             (diagonal(self.control.iter().copied()), diagonal(self.measurement.iter().map(|v| 1.0 / v)));
@@ -152,8 +152,8 @@ impl Coordinates {
         out
     }
 
-    /// A Lyapunov matrix of the closed loop (plant's states, then controller's), or the inverse of one, in the user's
-    /// coordinates.
+    /// Converts a Lyapunov matrix of the closed loop (plant's states, then controller's), or the inverse of one, to the
+    /// user's coordinates.
     pub(crate) fn undo_lyapunov(&self, x: &Mat, inverse: bool) -> Mat {
         if inverse {
             let full = lifted(&self.state, x.nrows());
@@ -165,7 +165,7 @@ impl Coordinates {
         }
     }
 
-    /// A bound of the closed loop's gain (plant's part, then controller's), in the user's coordinates.
+    /// Converts a bound of the closed loop's gain (plant's part, then controller's) to the user's coordinates.
     pub fn undo_bound(&self, bound: &GainBound) -> GainBound {
         let channel = lifted(&self.channel_inverse, bound.s.nrows());
         GainBound {
@@ -177,7 +177,7 @@ impl Coordinates {
         }
     }
 
-    /// Multipliers in these coordinates, with w and z in units of `unit`, converted to the user's.
+    /// Converts multipliers in these coordinates, with w and z in units of `unit`, to the user's.
     pub(crate) fn undo_multipliers(&self, unit: f64, found: &DualMultipliers) -> DualMultipliers {
         let lift = |state: &Mat, channel: &Mat, m: &Mat| {
             let rest = m.nrows() - state.nrows() - channel.nrows();
@@ -195,8 +195,8 @@ impl Coordinates {
         }
     }
 
-    /// Multipliers in the user's coordinates, converted to these with w and z in units of `unit`, except their
-    /// coupling.
+    /// Converts multipliers, except their coupling, from the user's coordinates to these with w and z in units of
+    /// `unit`.
     pub(crate) fn redo_multipliers(&self, unit: f64, given: &DualMultipliers) -> DualMultipliers {
         let lift = |state: &Mat, channel: &Mat, m: &Mat| {
             let rest = m.nrows() - state.nrows() - channel.nrows();
@@ -209,7 +209,7 @@ impl Coordinates {
         }
     }
 
-    /// A controller in these coordinates, converted to the user's. Its states and channels keep their basis.
+    /// Converts a controller from these coordinates to the user's. Its states and channels keep their basis.
     pub fn undo(&self, k: &Controller) -> Controller {
         let (u, yi) =
             (diagonal(self.control.iter().copied()), diagonal(self.measurement.iter().map(|v| 1.0 / v)));
@@ -227,7 +227,7 @@ fn scale(basis: &mut Mat, inverse: &mut Mat, factors: &[f64]) {
     }
 }
 
-/// `blkdiag(part, I)` with `size` rows: the change of the plant's part of a loop.
+/// Returns `blkdiag(part, I)` with `size` rows: the change of the plant's part of a loop.
 fn lifted(part: &Mat, size: usize) -> Mat {
     let rest = size - part.nrows();
     diagonal_blocks(&[part, &Mat::identity(rest, rest)])
@@ -237,15 +237,15 @@ fn norm_or_one(norm: f64) -> f64 {
     if norm > 0.0 && norm.is_finite() { norm } else { 1.0 }
 }
 
-/// The factor that gives row and column i equal norms, without the diagonal entry.
+/// Returns the factor that gives row and column i equal norms, without the diagonal entry.
 pub(crate) fn osborne(m: &Mat, i: usize) -> f64 {
     let without = |norm_squared: f64| (norm_squared - m[(i, i)].powi(2)).max(0.0).sqrt();
     let (row, column) = (without(m.row(i).norm_squared()), without(m.column(i).norm_squared()));
     if row > 0.0 && column > 0.0 { (row / column).sqrt().clamp(1e-6, 1e6) } else { 1.0 }
 }
 
-/// The median of |lambda| over the modes, rad/s, so that one slow or fast weight does not set the unit of time. Modes
-/// at zero, to rounding, are left out; 1 if there are no others.
+/// Returns the median of |lambda| over the modes, rad/s, so that one slow or fast weight does not set the unit of time.
+/// Modes at zero, to rounding, are left out; 1 if there are no others.
 pub(crate) fn median_time_scale(a: &Mat) -> f64 {
     let sizes: Vec<f64> = eigenvalues(a).iter().map(|v| v.norm()).filter(|v| v.is_finite()).collect();
     let fastest = sizes.iter().copied().fold(0.0, f64::max);
@@ -257,7 +257,7 @@ pub(crate) fn median_time_scale(a: &Mat) -> f64 {
     }
 }
 
-/// T and its inverse with `T' X T = T^-1 Y T^-T` diagonal.
+/// Returns T and its inverse with `T' X T = T^-1 Y T^-T` diagonal.
 pub(crate) fn equalise(x: &Mat, y: &Mat) -> Option<(Mat, Mat)> {
     if x.is_empty() {
         return Some((x.clone(), x.clone()));
@@ -266,7 +266,7 @@ pub(crate) fn equalise(x: &Mat, y: &Mat) -> Option<(Mat, Mat)> {
     let Svd { u, s, v } = svd(&(lx.transpose() * &ly));
     let root_inverse = diagonal(s.iter().map(|s| 1.0 / s.sqrt()));
     let t = &ly * v * &root_inverse;
-    // T^-1 = Sigma^-1/2 U' Lx', free of any inversion of T.
+    // T^-1 = Sigma^-1/2 U' Lx', without inversion of T.
     let t_inverse = root_inverse * u.transpose() * lx.transpose();
     t.iter().chain(t_inverse.iter()).all(|v| v.is_finite()).then_some((t, t_inverse))
 }

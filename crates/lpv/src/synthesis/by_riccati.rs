@@ -16,11 +16,11 @@ use crate::synthesis::design::{Design, FAR_ABOVE, Options};
 use crate::synthesis::regularity::Regularisation;
 use crate::system::{Controller, GeneralisedPlant, parameter_grid};
 
-/// The design for a plant without parameters, if the Riccati equations give one.
+/// Returns the design for a plant without parameters, if the Riccati equations give one.
 ///
 /// # Errors
-/// [`SynthesisError::AboveLimit`]; [`SynthesisError::Numerical`] if the limit lies within the bracket of the least
-/// gain, or no controller near it can be computed. `None` if no bracket is found.
+/// Returns [`SynthesisError::AboveLimit`]; [`SynthesisError::Numerical`] if the limit lies within the bracket of the
+/// least gain, or no controller near it can be computed. `None` if no bracket is found.
 pub(crate) fn synthesise(
     plant: &GeneralisedPlant,
     options: Options,
@@ -50,7 +50,7 @@ pub(crate) fn synthesise(
     Some((least, outcome))
 }
 
-/// A design within the back-off of the least gain, or one not far above it, or the best found; `None` if there is none.
+/// Returns a design within the back-off of the least gain, or not far above it, or the best; `None` if there is none.
 fn design(plant: &GeneralisedPlant, least: Bracket, options: Options) -> Option<Design> {
     let most = (1.0 + options.back_off) * least.upper;
     let near_enough = (1.0 + FAR_ABOVE * options.back_off) * least.upper;
@@ -80,7 +80,7 @@ fn design(plant: &GeneralisedPlant, least: Bracket, options: Options) -> Option<
     best
 }
 
-/// The bound of a plant without controls or measurements, as a design without a controller.
+/// Returns the bound of a plant without controls or measurements, as a design without a controller.
 pub(crate) fn gain_alone(plant: &GeneralisedPlant, options: Options) -> Option<Design> {
     let size = plant.sizes();
     let controller = Controller::from_matrix(&Mat::zeros(size.u, size.y), 0, size.y, size.u, vec![]);
@@ -98,7 +98,7 @@ struct Changed {
 }
 
 impl Changed {
-    /// The central controller at a gain, and the bound of the loop that it closes with the given plant.
+    /// Returns the central controller at a gain, and the bound of the loop that it closes with the given plant.
     fn controller(
         &self,
         plant: &GeneralisedPlant,
@@ -122,7 +122,7 @@ impl Changed {
             return None;
         }
         let near = |found: &(Controller, GainBound)| found.1.gamma <= most;
-        // If rounding in the plant's coordinates spoils it, in balanced coordinates of the loop.
+        // Balanced coordinates of the loop, if rounding in the plant's coordinates spoils the controller.
         let rebalanced = || {
             let closed = WideLoop::new(plant, &central)?;
             bounded(&central.in_coordinates(&closed.balanced_coordinates(built_at, plant.sizes().x)?)?)
@@ -132,7 +132,7 @@ impl Changed {
     }
 }
 
-/// The given plant, then with decreasing noise, weight or both that cost only a fraction of the back-off.
+/// Returns the given plant, then with decreasing noise, weight or both that cost only a fraction of the back-off.
 fn changes(plant: &GeneralisedPlant, gamma: f64, back_off: f64) -> impl Iterator<Item = Changed> {
     let affordable = (1.0 + NOISE_SHARE * back_off) * gamma;
     let given = WidePlant::new(plant);
@@ -152,7 +152,7 @@ fn changes(plant: &GeneralisedPlant, gamma: f64, back_off: f64) -> impl Iterator
 }
 
 impl WidePlant {
-    /// The plant with one more disturbance per control, entering where the control does, of a size relative to the
+    /// Returns the plant with one more disturbance per control, acting at the control, of a size relative to the
     /// control's weight.
     fn with_noise(&self, size: f64) -> Self {
         let (z, y, u) = (self.c1.nrows(), self.c2.nrows(), self.b2.ncols());
@@ -168,13 +168,14 @@ impl WidePlant {
     }
 }
 
-/// The number of changed plants that are tried, beside the given one, before a bound beyond the back-off is taken.
+/// The number of changed plants that are tried, in addition to the given one, before a bound above the back-off is
+/// taken.
 const LEAST_CHANGES: usize = 4;
 
 /// The relative distance above the least gain at which a controller is built, as fractions of the back-off.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
 
-/// A loop whose norm exceeds the gain of its controller's design by more than this factor was spoilt by rounding.
+/// The factor between a loop's norm and the gain of its controller's design above which rounding spoilt the loop.
 const MOST_LOST: f64 = 10.0;
 
 /// The largest relative excess of a loop's bound over its norm.

@@ -9,18 +9,18 @@ use crate::system::{Controller, GeneralisedPlant};
 /// Options of a synthesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// The scalings.
+    /// The class of scalings.
     pub scalings: ScalingClass,
-    /// The controller is built at `(1 + back_off)` times the least gamma, where X Y is away from I. If no controller
-    /// can be built so close, the back-off is doubled, at most twice.
+    /// The back-off: the controller is built at `(1 + back_off)` times the least gamma, where X Y is away from I. If no
+    /// controller can be built so close, the back-off is doubled, at most twice.
     pub back_off: f64,
-    /// A least gamma above this is treated as infeasible.
+    /// The largest least gamma that is not treated as infeasible.
     pub gamma_limit: Option<f64>,
     /// The relative accuracy of the least gamma.
     pub accuracy: f64,
     /// The limit on the modes of the frozen controller, rad/s.
     pub fastest_mode: Option<f64>,
-    /// Whether to give up if the search gets stuck, for one of many trial controllers. The general solver, other
+    /// `true` to give up if the search gets stuck, for one of many trial controllers. The general solver, other
     /// back-offs and modified plants, which take ten times as long, are left out.
     pub quick: bool,
 }
@@ -46,7 +46,7 @@ pub struct Design {
     /// The least gamma that the synthesis inequalities allow.
     pub gamma_optimum: f64,
     /// A lower bound of gamma in floating point; 0 if unknown. Without parameters it holds for every controller, with
-    /// them for those of the synthesis inequalities.
+    /// parameters for those of the synthesis inequalities.
     pub lower: f64,
     /// Multipliers that may prove a lower bound of the least gamma, the most promising first.
     pub multipliers: Vec<DualMultipliers>,
@@ -54,15 +54,15 @@ pub struct Design {
     pub gamma_design: f64,
     /// The gain bound of the closed loop, with the matrices that prove it.
     pub certified: GainBound,
-    /// What was added to the plant for the design, if no controller could be built without; gamma_design is then that
-    /// of the modified plant, and everything else that of the given plant.
+    /// The additions to the plant for the design, if no controller could be built without them; gamma_design is then
+    /// that of the modified plant, and everything else that of the given plant.
     pub regularisation: Option<Regularisation>,
     /// The gain of the closed loop for a bounded parameter rate, if the controller was designed for one.
     pub slow: Option<SlowBound>,
 }
 
 impl Design {
-    /// A controller with a bound; no lower bound is known.
+    /// Builds a design from a controller with a bound; no lower bound is known.
     pub fn new(controller: Controller, gamma_optimum: f64, gamma_design: f64, certified: GainBound) -> Self {
         let (regularisation, slow) = (None, None);
         Self {
@@ -77,7 +77,7 @@ impl Design {
         }
     }
 
-    /// The first design with which a search may end, or else the one of the lowest bound.
+    /// Returns the first design with which a search may end, or else the one of the lowest bound.
     pub(crate) fn first_or_best(
         designs: impl Iterator<Item = Self>,
         ends: impl Fn(&Self) -> bool,
@@ -96,14 +96,14 @@ impl Design {
     }
 }
 
-/// A controller whose gamma exceeds the least by no more than this many back-offs ends a search, without parameters
-/// after some changed plants; beyond it, one is also sought with weights and noises added, whose bound is often lower.
+/// The excess of a controller's gamma over the least, in back-offs, up to which it ends a search, without parameters
+/// after some changed plants; above it, one is also designed with weights and noises added, whose bound is often lower.
 pub(crate) const FAR_ABOVE: f64 = 1.5;
 
-/// The number of times that a search may be repeated for a changed plant or in other coordinates, at least once.
+/// Returns the number of times, at least one, that a search may be repeated for a changed plant or in other
+/// coordinates.
 ///
-/// A search takes about the third power of its number of unknowns; counted like this, every machine gives the same
-/// answer.
+/// A search takes about the third power of its number of unknowns; this count gives the same result on every machine.
 pub(crate) fn repetitions(plant: &GeneralisedPlant) -> usize {
     let n = plant.sizes().x;
     let of_scalings: usize = plant.blocks.iter().map(|r| 2 * r * r).sum();

@@ -16,7 +16,7 @@ use crate::system::{GeneralisedPlant, LoopError};
 /// The outcome of [`least_gamma`](crate::synthesis::least_gamma()).
 pub(crate) type Least = Result<(Coordinates, LmiSolution), SynthesisError>;
 
-/// One pass of the design, above the least gamma of the plant.
+/// Makes one pass of the design, above the least gamma of the plant.
 pub(crate) fn directly(
     plant: &GeneralisedPlant,
     least: &Least,
@@ -34,7 +34,7 @@ pub(crate) fn directly(
     explained(plant, outcome.map(|design| consistent(design, options.scalings)), options)
 }
 
-/// A closed loop's bound, proved with skew scalings, is an upper bound of the least gamma with them.
+/// Limits the least gamma with skew scalings to the bound of the closed loop, which is proved with them.
 fn consistent(design: Design, scalings: ScalingClass) -> Design {
     if scalings == ScalingClass::Symmetric {
         return design;
@@ -42,7 +42,7 @@ fn consistent(design: Design, scalings: ScalingClass) -> Design {
     Design { gamma_optimum: design.gamma_optimum.min(design.certified.gamma), ..design }
 }
 
-/// A failure may mean that no gamma exists: the solver then only saw gamma grow.
+/// Explains a failure by quadratic stabilisability: if no gamma exists, the solver only sees gamma grow.
 fn explained(
     plant: &GeneralisedPlant,
     outcome: Result<Design, SynthesisError>,
@@ -91,7 +91,7 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    /// Builds the controller a little above the least gamma, or farther away if none can be built so close.
+    /// Builds the controller slightly above the least gamma, or farther away if none can be built so close.
     fn build(&self) -> Result<Design, SynthesisError> {
         let options = self.options;
         let mut first_failure = None;
@@ -131,7 +131,7 @@ impl Pass<'_> {
         Ok(Design { lower, multipliers, ..Design::new(controller, optimum.gamma, gamma_design, certified) })
     }
 
-    /// The error for a missed limit, with the dominant channel of the best controller's loop.
+    /// Returns the error for a missed limit, with the dominant channel of the best controller's loop.
     fn above_limit(&self, limit: f64) -> SynthesisError {
         let Self { plant, optimum, .. } = *self;
         if optimum.lower <= limit && !is_none_below(plant, limit) {

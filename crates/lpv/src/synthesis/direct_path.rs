@@ -9,8 +9,8 @@
 //! "Simplifying the H-infinity theory via loop-shifting, matrix-pencil and descriptor concepts", Int. J. Control 50(6),
 //! 1989, section 4.
 //!
-//! K exists if `I + Duy~ D22` is regular for every parameter value. If it is not, K~ is changed a little: strict
-//! inequalities survive a small change. If the parameters take it through a singular value, no small change helps: then
+//! K exists if `I + Duy~ D22` is regular for every parameter value. If it is not, K~ is changed slightly: strict
+//! inequalities permit a small change. If the parameters take it through a singular value, no small change helps: then
 //! a controller is designed that measures y~ through lags and has no direct path.
 
 use crate::analysis::bounded_gain::{bounded_gain, worst_eigenvalue};
@@ -24,7 +24,7 @@ use crate::system::Group::{T, U, W, X, Y};
 use crate::system::{Controller, GeneralisedPlant, LoopError, Sizes, parameter_grid};
 use nalgebra::Complex;
 
-/// The controller `u = K (y - D22 u)` from y to u; applied again with `-D22` this gives K back.
+/// Returns the controller `u = K (y - D22 u)` from y to u; applied again with `-D22` this gives K back.
 ///
 /// ```text
 /// u = M (Cu xk + Duy y + Dut wk),   M = (I + Duy D22)^-1,   y - D22 u in place of y in the rows xk' and zk
@@ -54,7 +54,7 @@ pub fn around(k: &Controller, d22: &Mat) -> Option<Controller> {
 /// with [`around`] of that controller and `-D22`; the bound is that of this loop.
 ///
 /// # Errors
-/// As [`synthesis::synthesise`]; [`SynthesisError::System`] for a D22 of the wrong size;
+/// Errors of [`synthesis::synthesise`]; [`SynthesisError::System`] for a D22 of the wrong size;
 /// [`SynthesisError::NotWellPosed`] if no controller was found whose loop with D22 is well posed.
 pub fn synthesise(plant: &GeneralisedPlant, d22: &Mat, options: Options) -> Result<Design, SynthesisError> {
     if is_none(d22) {
@@ -66,7 +66,7 @@ pub fn synthesise(plant: &GeneralisedPlant, d22: &Mat, options: Options) -> Resu
     }
     let limit = options.fastest_mode;
     let mut too_fast = None;
-    // As without D22, where the limit on the controller's modes is enforced with the inequalities.
+    // Same factors as without D22, where the limit on the controller's modes is enforced with the inequalities.
     for factor in [1.0, 2.0, 4.0] {
         let options = Options { back_off: factor * options.back_off, fastest_mode: None, ..options };
         let found =
@@ -102,14 +102,13 @@ fn is_none(d22: &Mat) -> bool {
     d22.iter().all(|entry| *entry == 0.0)
 }
 
-/// The fastest mode as a multiple of the limit, if it exceeds it.
+/// Returns the fastest mode as a multiple of the limit, if it exceeds it.
 fn excess(k: &Controller, limit: Option<f64>) -> Option<f64> {
     let ratio = k.fastest_mode(&parameter_grid(k.blocks.len())) / limit?;
     (ratio > 1.0).then_some(ratio)
 }
 
-/// A design for the plant without D22, converted to one for the plant with it: the first at negligible cost, or the
-/// best.
+/// Converts a design for the plant without D22 to one for the plant with it: the first at negligible cost, or the best.
 fn put_back(
     plant: &GeneralisedPlant,
     d22: &Mat,
@@ -117,7 +116,7 @@ fn put_back(
     options: Options,
 ) -> Result<Design, SynthesisError> {
     let near = DIRECT_PATH_CHANGES.iter().filter_map(|nudge| {
-        let k = nudged(&design.controller, 1.0 - nudge);
+        let k = with_scaled_paths(&design.controller, 1.0 - nudge);
         let (controller, certified) = closed(plant, d22, &k, &design.certified)?;
         Some(Design { controller, certified, ..design.clone() })
     });
@@ -138,8 +137,8 @@ fn put_back(
     Design::first_or_best(near.chain(lagged), good).ok_or(SynthesisError::NotWellPosed)
 }
 
-/// The controller with D22 around it, and the bound of its loop, proved for the controller with D22 removed again, so
-/// that rounding is included.
+/// Returns the controller with D22 around it, and the bound of its loop, proved for the controller with D22 removed
+/// again, so that rounding is included.
 fn closed(
     plant: &GeneralisedPlant,
     d22: &Mat,
@@ -154,7 +153,7 @@ fn closed(
     Some((controller, bound))
 }
 
-/// Whether `I - Dtt Theta` of a controller is regular on the whole box, by mu in floating point.
+/// Returns `true` if `I - Dtt Theta` of a controller is regular on the whole box, by mu in floating point.
 fn is_well_posed(k: &Controller) -> bool {
     let blocks: Vec<Block> = k.blocks.iter().map(|r| Block::Real(*r)).collect();
     let Ok(structure) = Structure::new(blocks) else { return k.blocks.is_empty() };
@@ -162,15 +161,15 @@ fn is_well_posed(k: &Controller) -> bool {
     upper_bound(&dtt, &structure).is_ok_and(|bound| bound.value < 1.0)
 }
 
-/// The controller with its direct paths from y times a factor.
-fn nudged(k: &Controller, factor: f64) -> Controller {
+/// Returns the controller with its direct paths from y times a factor.
+fn with_scaled_paths(k: &Controller, factor: f64) -> Controller {
     let mut out = k.clone();
     out.parts.block_mut(U, Y).scale_mut(factor);
     out.parts.block_mut(T, Y).scale_mut(factor);
     out
 }
 
-/// A design that measures y through lags of this rate (rad/s), which become part of its controller: their states come
+/// Designs a controller that measures y through lags of this rate (rad/s), which become part of it: their states come
 /// first.
 fn behind_lags(plant: &GeneralisedPlant, rate: f64, options: Options) -> Option<Design> {
     let s = plant.sizes();
@@ -188,8 +187,8 @@ fn behind_lags(plant: &GeneralisedPlant, rate: f64, options: Options) -> Option<
     Some(Design { controller, ..design })
 }
 
-/// The controller with `yl' = rate (y - yl)` in place of y: `[A By Bt; Cu Duy Dut; Ct Dty Dtt]` with yl as the first
-/// states.
+/// Returns the controller with `yl' = rate (y - yl)` in place of y: `[A By Bt; Cu Duy Dut; Ct Dty Dtt]` with yl as the
+/// first states.
 fn behind(k: &Controller, rate: f64) -> Controller {
     let Sizes { x, t, u, y, .. } = k.parts.sizes();
     let (z, lag) = (Mat::zeros, Mat::identity(y, y) * rate);
@@ -202,7 +201,7 @@ fn behind(k: &Controller, rate: f64) -> Controller {
     Controller::from_matrix(&matrix, y + x, y, u, k.blocks.clone())
 }
 
-/// An eigenvalue of `I + Duy D22` below this fraction of the largest of `Duy D22`, or of 1, is taken as zero: the
+/// The relative size, to the largest of `Duy D22` or 1, of an eigenvalue of `I + Duy D22` that is taken as zero: the
 /// controller's gains grow with its inverse.
 const SINGULAR_RATIO: f64 = 1e-6;
 
@@ -212,5 +211,5 @@ const DIRECT_PATH_CHANGES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 1e-2, -1e-
 /// The lags' time constants as multiples of that of the fastest mode of the loop without lags.
 const LAG_RATIOS: [f64; 3] = [0.01, 0.1, 1.0];
 
-/// The accepted relative rise of the bound, which ends the search.
+/// The accepted relative increase of the bound, at which the search ends.
 const ACCEPTED_RISE: f64 = 0.01;

@@ -1,12 +1,12 @@
-//! Multipliers of the synthesis inequalities, moved into the interior of their own inequalities so that they can be
-//! proved.
+//! Repair of multipliers of the synthesis inequalities: they are moved into the interior of their own inequalities so
+//! that they can be proved.
 //!
 //! With W and W2 the multipliers of the primal and the dual inequality, the multiplier of `[X I; I Y]` has the diagonal
 //! blocks `Z11 = sum xd x' + x xd'` and Z22 (see the crate `certificate`, which proves the bound). Its best upper right
 //! block is known in closed form: for `Z11 = L1 L1'`, `Z22 = L2 L2'` the trace of `L1 K L2'` is least over `|K| <= 1`
 //! if `-K` is the orthogonal factor of the polar decomposition `U V'` of `L1'L2 = U s V'`. That is `-Z11 E F' Z22` with
 //! `E = L1^-T U`, `F = L2^-T V`, and the columns of the largest singular values dominate. At the optimum Z11 and Z22
-//! are singular to rounding, so W is mixed with a little of one whose Z11 is clearly positive: for the gramian P of
+//! are singular to rounding, so W is mixed with a small part of one whose Z11 is clearly positive: for the gramian P of
 //! `(A_k - alpha I, B_k)`, `A_k P + P A_k' + 2 B_k B_k' = B_k B_k' + 2 alpha P`.
 
 use crate::matrix::{
@@ -17,7 +17,7 @@ use crate::synthesis::inequalities::DualMultipliers;
 use crate::system::Group::{T, W, X, Y, Z};
 use crate::system::{GeneralisedPlant, lyapunov};
 
-/// The most promising repaired multipliers, best first.
+/// Returns the most promising repaired multipliers, best first.
 pub(crate) fn repaired(
     plant: &GeneralisedPlant,
     gamma: f64,
@@ -44,24 +44,24 @@ pub(crate) fn repaired(
     out.into_iter().take(MOST_REPAIRED).map(|(_, m)| coordinates.undo_multipliers(gamma, &m)).collect()
 }
 
-/// The shares mixed in, as powers of ten.
+/// The mixed shares, as powers of ten.
 const MIXED_EXPONENTS: std::ops::RangeInclusive<i32> = -13..=-2;
 
 /// The largest number of repaired multipliers.
 const MOST_REPAIRED: usize = 12;
 
-/// The rounding to expect in a sum of Z11, in units of the last place.
+/// The expected rounding in a sum of Z11, in units of the last place.
 const ROUNDING_PLACES: f64 = 4.0;
 
-/// P with `P P'` close to `W W' + share V V'`, in units of their sizes, with as many columns as rows.
+/// Returns P with `P P'` close to `W W' + share V V'`, in units of their sizes, with as many columns as rows.
 fn mixed(w: &Mat, v: &Mat, share: f64) -> Mat {
     let ratio = (share * w.norm_squared() / v.norm_squared()).sqrt();
     let factor = if ratio.is_finite() { ratio } else { 0.0 };
     block(&[&[w, &(v * factor)]]).transpose().qr().r().transpose()
 }
 
-/// The multipliers with their coupling and the bound that they give, in units of gamma; `None` if Z11 or Z22 is not
-/// clearly positive.
+/// Returns the multipliers with their coupling and the bound that they give, in units of gamma; `None` if Z11 or Z22 is
+/// not clearly positive.
 fn completed(
     primal: &GeneralisedPlant,
     dual: &GeneralisedPlant,
@@ -85,13 +85,13 @@ fn completed(
 /// The bound used for `|K|`, below 1 so that rounding does not violate it.
 const COUPLING_FACTOR: f64 = 1.0 - 1e-7;
 
-/// Singular values below this fraction of the largest are dropped: rounding outweighs them.
+/// The fraction of the largest below which singular values are dropped, as rounding exceeds them.
 const SMALL_SINGULAR_VALUE: f64 = 1e-4;
 
 /// Sums over the columns of P, as in the crate `certificate`.
 struct Moments {
     lyapunov: Mat,
-    /// The rounding to expect in its entries.
+    /// The expected rounding of its entries.
     rounding: Mat,
     gain: f64,
     size: f64,
@@ -114,12 +114,12 @@ impl Moments {
         }
     }
 
-    /// The states with a nonzero entry.
+    /// Returns the states with a nonzero entry.
     fn occurring(&self) -> Vec<usize> {
         (0..self.lyapunov.nrows()).filter(|i| self.lyapunov[(*i, *i)] != 0.0).collect()
     }
 
-    /// L with `Z11 = L L'` on the states that occur; `None` if Z11 is not positive beyond rounding.
+    /// Returns L with `Z11 = L L'` on the states that occur; `None` if Z11 is not positive beyond rounding.
     fn factor(&self) -> Option<Mat> {
         let all = self.occurring();
         let part = self.lyapunov.select_rows(&all).select_columns(&all);
@@ -133,7 +133,7 @@ impl Moments {
         Some(part.cholesky().filter(|_| least > rounding)?.l())
     }
 
-    /// Rows for all states from those of the states that occur.
+    /// Returns rows for all states from those of the states that occur.
     fn spread(&self, m: &Mat) -> Mat {
         let mut out = Mat::zeros(self.lyapunov.nrows(), m.ncols());
         self.occurring().iter().enumerate().for_each(|(k, &i)| out.set_row(i, &m.row(k)));
@@ -150,12 +150,12 @@ struct Kernel<'a> {
     d: Mat,
     a: Mat,
     b: Mat,
-    /// The states that eta reaches.
+    /// The states reachable from eta.
     reached: Vec<usize>,
 }
 
 impl<'a> Kernel<'a> {
-    /// `None` if the noise does not reach all measurements.
+    /// Builds the kernel; `None` if the noise does not reach all measurements.
     fn new(p: &'a GeneralisedPlant) -> Option<Self> {
         let (noise, b) = (p.parts.join(&[Y], &[T, W]), p.parts.join(&[X], &[T, W]));
         let noise_inverse = pseudo_inverse(&noise, 1e-10);
@@ -179,7 +179,7 @@ impl<'a> Kernel<'a> {
         Some(Self { plant: p, noise, noise_inverse, h, d, a, b, reached })
     }
 
-    /// Vectors projected on y = 0, with zeros for the states that are not reached.
+    /// Returns vectors projected on y = 0, with zeros for the unreachable states.
     fn projected(&self, p: &Mat) -> Mat {
         let s = self.plant.sizes();
         let mut out = p.clone();
@@ -192,7 +192,7 @@ impl<'a> Kernel<'a> {
         out
     }
 
-    /// Vectors with a clearly positive Z11, if any.
+    /// Returns vectors with a clearly positive Z11, if any.
     fn clear(&self) -> Mat {
         let rows = self.h.nrows() + self.plant.a().nrows() + self.plant.c1().nrows();
         self.gramian_root().unwrap_or_else(|| Mat::zeros(rows, 0))

@@ -1,4 +1,4 @@
-//! Modes so fast that they spoil the arithmetic: slowed down for the search, restored for the proof.
+//! Fast modes that spoil the arithmetic: slowed down for the search, restored for the proof.
 //!
 //! ```text
 //! x' = (P r + I - P) (A x + Bt wt + B1 w + B2 u)
@@ -21,9 +21,9 @@ use crate::system::Group::X;
 /// A plant with its fast modes slowed down.
 pub(crate) struct Slowed {
     pub(crate) plant: GeneralisedPlant,
-    /// P.
+    /// The projector P.
     projector: Mat,
-    /// r.
+    /// The factor r.
     ratio: f64,
 }
 
@@ -33,8 +33,8 @@ const MODE_GAP: f64 = 1e3;
 /// The ratio between successive trials.
 const SLOWING_STEP: f64 = 1e-3;
 
-/// The plant with its fast modes slowed more and more, as long as they stay separate from the others. Empty if no
-/// stable modes above the median are separate.
+/// Returns the plant with its fast modes slowed more and more, as long as they stay separate from the others. Empty if
+/// no stable modes above the median are separate.
 pub(crate) fn slowed(plant: &GeneralisedPlant) -> Vec<Slowed> {
     let Some((slow, fast)) = gap(&plant.a()) else { return Vec::new() };
     let Some(projector) = projector(&plant.a(), (slow * fast).sqrt()) else { return Vec::new() };
@@ -51,7 +51,7 @@ pub(crate) fn slowed(plant: &GeneralisedPlant) -> Vec<Slowed> {
 }
 
 impl Slowed {
-    /// An estimate of the given plant's bound from that of the slowed plant's loop.
+    /// Estimates the given plant's bound from that of the slowed plant's loop.
     pub(crate) fn restored(&self, bound: &GainBound) -> GainBound {
         let (n, size) = (self.projector.nrows(), bound.x.nrows());
         let mut rest = Mat::identity(size, size);
@@ -62,7 +62,7 @@ impl Slowed {
     }
 }
 
-/// The fastest of the other modes and the slowest of the fast ones, rad/s; the fast ones must be well damped.
+/// Returns the fastest of the other modes and the slowest of the fast ones, rad/s; the fast ones must be well damped.
 fn gap(a: &Mat) -> Option<(f64, f64)> {
     let mut modes = eigenvalues(a);
     modes.sort_by(|one, other| one.norm().total_cmp(&other.norm()));
@@ -74,7 +74,7 @@ fn gap(a: &Mat) -> Option<(f64, f64)> {
     (decay && fast.is_finite()).then_some((slow, fast))
 }
 
-/// The projector on the modes left of `-rate`, along the others.
+/// Returns the projector on the modes left of `-rate`, along the others.
 pub(crate) fn projector(a: &Mat, rate: f64) -> Option<Mat> {
     let unit = Mat::identity(a.nrows(), a.nrows());
     let mut sign = a / rate + &unit;
@@ -91,7 +91,7 @@ pub(crate) fn projector(a: &Mat, rate: f64) -> Option<Mat> {
     None
 }
 
-/// Newton's iteration takes about as many steps as the ratio of the modes has bits, far fewer with scaling.
+/// The largest number of Newton steps: about the bits of the ratio of the modes, far fewer with scaling.
 const MOST_ITERATIONS: usize = 100;
 
 /// The relative change of the sign function at convergence.
@@ -103,7 +103,7 @@ mod tests {
     use nalgebra::dmatrix;
 
     #[test]
-    fn only_the_fast_mode_is_slowed_and_the_gain_at_rest_stays() {
+    fn only_the_fast_mode_is_slowed_and_the_static_gain_is_kept() {
         let a = dmatrix![-1.0, 2.0, 3.0; 0.0, -2.0, 0.0; -4e9, 0.0, -1e10];
         let rate = 1e5;
         let p = projector(&a, rate).unwrap();
@@ -113,7 +113,7 @@ mod tests {
         let mut modes: Vec<f64> = eigenvalues(&slower).iter().map(|m| m.re).collect();
         modes.sort_by(f64::total_cmp);
         assert!((modes[0] / -1e7 - 1.0).abs() < 1e-6, "{modes:?}");
-        // x_3 = -0.4 x_1 at rest, which leaves -2.2 in the first row.
+        // x_3 = -0.4 x_1 at steady state, which leaves -2.2 in the first row.
         assert!(modes[1..].iter().zip([-2.2, -2.0]).all(|(m, e)| (m - e).abs() < 1e-6), "{modes:?}");
         let b = dmatrix![1.0; 0.5; 1e10];
         let gain = |a: &Mat, b: &Mat| solve(a, b).unwrap();
@@ -122,9 +122,9 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_is_looked_for_above_the_middle() {
+    fn a_gap_is_found_only_above_the_median() {
         assert_eq!(gap(&dmatrix![-1.0, 0.0; 0.0, -1e8]), Some((1.0, 1e8)));
-        // Neither a fast oscillation, nor an unstable mode, nor one slow mode.
+        // Neither a fast oscillation, nor an unstable mode, nor one slow mode makes a gap.
         assert_eq!(gap(&dmatrix![-1.0, 0.0; 0.0, 1e8]), None);
         assert_eq!(gap(&dmatrix![-1.0, 0.0, 0.0; 0.0, -1.0, 1e8; 0.0, -1e8, -1.0]), None);
         assert_eq!(gap(&dmatrix![-1e-8, 0.0, 0.0; 0.0, -1.0, 0.0; 0.0, 0.0, -2.0]), None);

@@ -26,9 +26,9 @@ pub enum ScalingClass {
 pub struct LmiSolution {
     /// The performance level.
     pub gamma: f64,
-    /// n x n, symmetric.
+    /// Lyapunov matrix of the primal inequality, n x n, symmetric.
     pub x: Mat,
-    /// n x n, symmetric.
+    /// Lyapunov matrix of the dual inequality, n x n, symmetric.
     pub y: Mat,
     /// S + T, r x r: the multiplier of the primal inequality.
     pub primal_scaling: Mat,
@@ -44,7 +44,7 @@ pub struct LmiSolution {
     pub multipliers: Vec<DualMultipliers>,
 }
 
-/// Multipliers of the synthesis inequalities in floating point; exact arithmetic decides what they prove.
+/// Multipliers of the synthesis inequalities in floating point; exact arithmetic determines the bound that they prove.
 ///
 /// The multipliers of the primal and of the dual inequality are `P P'`, with the control eliminated: `[C2 D2t D21 0] P
 /// = 0` to rounding.
@@ -60,7 +60,7 @@ pub struct DualMultipliers {
 }
 
 impl LmiSolution {
-    /// The least eigenvalue over the synthesis inequalities of `plant`.
+    /// Returns the least eigenvalue over the synthesis inequalities of `plant`.
     pub(crate) fn true_margin(&self, plant: &GeneralisedPlant, scalings: ScalingClass) -> f64 {
         let unknowns = Unknowns {
             gamma: Affine::number(self.gamma),
@@ -89,12 +89,12 @@ pub(crate) struct Unknowns {
 }
 
 impl Unknowns {
-    /// Their values at a solution.
+    /// Returns their values at a solution.
     pub(crate) fn lmi_solution(&self, program: &Program, solution: &Solution) -> LmiSolution {
         LmiSolution { margin: solution.margin, ..self.at(program, &solution.x) }
     }
 
-    /// Their values at a point `x` of the program; the margin is not evaluated.
+    /// Returns their values at a point `x` of the program; the margin is not evaluated.
     pub(crate) fn at(&self, program: &Program, x: &[f64]) -> LmiSolution {
         let value = |e: &Affine| e.value(program, x);
         LmiSolution {
@@ -138,7 +138,7 @@ pub(crate) fn add_inequalities(
     unknowns
 }
 
-/// The inequalities, each required to be positive.
+/// Returns the inequalities, each required to be positive.
 fn inequalities(
     plant: &GeneralisedPlant,
     unknowns: &Unknowns,
@@ -163,14 +163,14 @@ pub(crate) const PRIMAL: &str = "primal";
 pub(crate) const DUAL: &str = "dual";
 pub(crate) const COUPLING: &str = "[X I; I Y]";
 
-/// `[P c I; c I Q]`.
+/// Returns `[P c I; c I Q]`.
 pub(crate) fn coupling(p: &Affine, q: &Affine, c: f64) -> Affine {
     let n = p.shape().0;
     symmetric(&[vec![p.clone(), Affine::constant(Mat::identity(n, n) * c)], vec![q.clone()]])
 }
 
-/// The scaled bounded-real inequality of an open plant with its control eliminated by projection on the kernel of
-/// `[C2 D2t D21]` (Apkarian and Gahinet 1995, eq. 20, with the skew scaling T).
+/// Returns the scaled bounded-real inequality of an open plant with its control eliminated by projection on the kernel
+/// of `[C2 D2t D21]` (Apkarian and Gahinet 1995, eq. 20, with the skew scaling T).
 fn projected(p: &GeneralisedPlant, gamma: &Affine, x: &Affine, s: &Affine, t: &Affine) -> Affine {
     let open = p.open();
     let lambda = Affine::zeros(1, 1);
@@ -179,7 +179,7 @@ fn projected(p: &GeneralisedPlant, gamma: &Affine, x: &Affine, s: &Affine, t: &A
     full.congruence(&unmeasured(p))
 }
 
-/// A basis of the directions of (x, wt, w, z) that y does not show: the kernel of `[C2 D2t D21 0]`.
+/// Returns a basis of the directions of (x, wt, w, z) unobservable in y: the kernel of `[C2 D2t D21 0]`.
 pub(crate) fn unmeasured(p: &GeneralisedPlant) -> Mat {
     let z = p.sizes().z;
     diagonal_blocks(&[&kernel(&p.parts.join(&[Y], &[X, T, W])), &Mat::identity(z, z)])

@@ -13,7 +13,7 @@ use crate::synthesis::inequalities::{
 };
 use crate::system::{GeneralisedPlant, channels};
 
-/// The least gamma that the synthesis inequalities allow, and the coordinates in which it was found.
+/// Returns the least gamma that the synthesis inequalities allow, and the coordinates in which it was found.
 ///
 /// The problem is solved in diagonally balanced coordinates, with w and z in units in which gamma is about 1. If the
 /// solver gets stuck before the optimum is certain, the point of least trace a little above the gamma found is
@@ -24,7 +24,7 @@ use crate::system::{GeneralisedPlant, channels};
 /// `gap` bounds the excess.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`] if the solver has a certificate that no gamma is feasible;
+/// Returns [`SynthesisError::Infeasible`] if the solver has a certificate that no gamma is feasible, or
 /// [`SynthesisError::Numerical`].
 pub fn least_gamma(
     plant: &GeneralisedPlant,
@@ -33,10 +33,10 @@ pub fn least_gamma(
     at_best_time_scale(plant, Options { scalings, accuracy: SETTLED_GAP, ..Options::default() })
 }
 
-/// [`least_gamma`] with the scalings, accuracy and patience of `options`.
+/// Returns [`least_gamma`] with the scalings, accuracy and patience of `options`.
 ///
-/// If multipliers do not show that the gamma found is nearly the least, it is also sought with time in units of the
-/// closed loop: slow weights and modes make the plant's own unit a bad one.
+/// If multipliers do not show that the gamma found is nearly the least, it is also computed with time in units of the
+/// closed loop: slow weights and modes make the plant's own unit unsuitable.
 pub(crate) fn at_best_time_scale(
     plant: &GeneralisedPlant,
     options: Options,
@@ -64,9 +64,9 @@ pub(crate) fn at_best_time_scale(
     best
 }
 
-/// The time scales, rad/s, of the loop that an H-infinity controller closes at Theta = 0: the median of its modes, the
-/// fastest one, and the plant's fastest; those near the median of the plant's modes are left out. Empty if there is no
-/// such controller.
+/// Returns the time scales, rad/s, of the loop that an H-infinity controller closes at Theta = 0: the median of its
+/// modes, the fastest one, and the plant's fastest; those near the median of the plant's modes are left out. Empty if
+/// there is no such controller.
 pub(crate) fn loop_time_scales(plant: &GeneralisedPlant) -> Vec<f64> {
     let none = vec![0.0; plant.blocks.len()];
     let closed = plant.frozen(&none).ok().and_then(|nominal| {
@@ -85,16 +85,16 @@ pub(crate) fn loop_time_scales(plant: &GeneralisedPlant) -> Vec<f64> {
         .collect()
 }
 
-/// The ratio from which another unit of time makes a difference.
+/// The ratio of time scales from which another unit of time makes a difference.
 const OTHER_TIME_SCALE: f64 = 10.0;
 
-/// A relative gap to the lower bound that settles the unit of time.
+/// The relative gap to the lower bound at which the unit of time is accepted.
 const DOUBTFUL_SHARE: f64 = 0.01;
 
 /// The relative decrease of gamma from which another unit of time is preferred.
 const CLEARLY_LOWER: f64 = 1e-4;
 
-/// The least gamma with a given time scale, or that of the plant.
+/// Returns the least gamma with a given time scale, or that of the plant.
 pub(crate) fn least_gamma_at(
     plant: &GeneralisedPlant,
     options: Options,
@@ -102,7 +102,7 @@ pub(crate) fn least_gamma_at(
 ) -> Result<(Coordinates, LmiSolution), SynthesisError> {
     let Options { scalings, accuracy, quick, .. } = options;
     let tolerance = (SEARCHED * accuracy).max(SolverOptions::fine().tolerance);
-    // If a rough value is enough, a converged one is accepted: rounding may hide its proof.
+    // A converged value is accepted if a rough one is enough: rounding may hide its proof.
     let settles = accuracy > DOUBTFUL_GAP;
     let search = SolverOptions { quick, settles, ..SolverOptions::within(tolerance) };
     let doubtful = accuracy.max(DOUBTFUL_GAP);
@@ -145,7 +145,7 @@ pub(crate) fn least_gamma_at(
         best = LmiSolution { gap: gap(other.gamma, estimated), ..other };
     }
     if best.margin > 0.0 {
-        // With parameters few can be repaired, and each trial proof takes a tenth of the search's time.
+        // Few can be repaired for a plant with parameters, and each trial proof takes a tenth of the search's time.
         let plain = plant.blocks.is_empty();
         let multipliers = if plain { repaired(plant, best.gamma, &multipliers) } else { vec![] };
         return Ok((place.coordinates, LmiSolution { multipliers, lower, ..best }));
@@ -155,7 +155,7 @@ pub(crate) fn least_gamma_at(
     Err(SynthesisError::numerical(STAGE, diagnosis))
 }
 
-/// The relative excess of gamma over the least; infinite without a lower bound.
+/// Returns the relative excess of gamma over the least; infinite without a lower bound.
 fn gap(gamma: f64, lower: f64) -> f64 {
     if lower > 0.0 { (1.0 - lower / gamma).max(0.0) } else { f64::INFINITY }
 }
@@ -169,13 +169,13 @@ const COORDINATES_GAMMA_FACTOR: f64 = 1.1;
 /// The largest number of other coordinates.
 const MOST_COORDINATES: usize = 3;
 
-/// A relative gap between gamma and its lower bound at which the search ends.
+/// The relative gap between gamma and its lower bound at which the search ends.
 const SETTLED_GAP: f64 = 1e-5;
 
 /// The relative agreement of gamma in two sets of coordinates at which the search ends.
 const AGREEMENT_TOLERANCE: f64 = 1e-6;
 
-/// A relative gap above which the general solver is tried.
+/// The relative gap above which the general solver is tried.
 const DOUBTFUL_GAP: f64 = 1e-3;
 
 /// The ratio of gamma to its unit up to which the unit is kept.
@@ -203,7 +203,7 @@ impl Place {
     }
 }
 
-/// A first solution, in units in which its gamma is about 1.
+/// Returns a first solution, in units in which its gamma is about 1.
 fn first(
     plant: &GeneralisedPlant,
     scalings: ScalingClass,
@@ -224,7 +224,7 @@ fn first(
     Ok((place, best))
 }
 
-/// An estimate of gamma from norms only.
+/// Estimates gamma from norms only.
 fn first_unit(plant: &GeneralisedPlant) -> f64 {
     let scaled = Coordinates::diagonal(plant).apply(plant);
     let guess = scaled.d11().norm() + scaled.b1().norm() * scaled.c1().norm();
@@ -238,11 +238,11 @@ fn better(one: &LmiSolution, other: &LmiSolution) -> bool {
 
 const STAGE: &str = "least gamma";
 
-/// Tolerance of the smallest matrices: they only set a scale.
+/// Tolerance of the smallest matrices, which only set a scale.
 const SCALE_TOLERANCE: f64 = 1e-3;
 
-/// The point of least trace at a given gamma: the smallest X, Y, S and Sigma. `known` is a solution at this gamma or a
-/// lower one.
+/// Returns the point of least trace at a given gamma: the smallest X, Y, S and Sigma. `known` is a solution at this
+/// gamma or a lower one.
 pub(crate) fn smallest(
     plant: &GeneralisedPlant,
     gamma: f64,
@@ -253,7 +253,7 @@ pub(crate) fn smallest(
     let mut program = Program::default();
     let unknowns = add_inequalities(&mut program, plant, Some(gamma), scalings);
     if scalings == ScalingClass::SymmetricAndSkew {
-        // Nothing else keeps S and Sigma away from zero. The inequalities do not require this, so the known solution
+        // No other term keeps S and Sigma away from zero. The inequalities do not require this, so the known solution
         // must satisfy it.
         let size = least_product(&known.primal_scaling, &known.dual_scaling).min(1.0);
         program.positive("[S cI; cI Sigma]", coupling(&unknowns.s, &unknowns.sigma, 0.9 * size));
@@ -266,14 +266,14 @@ pub(crate) fn smallest(
     Ok(unknowns.lmi_solution(&program, &solution))
 }
 
-/// The largest c with `[S cI; cI Sigma] >= 0` for the symmetric parts S and Sigma: `c^2` is the least eigenvalue of
-/// `S Sigma`.
+/// Returns the largest c with `[S cI; cI Sigma] >= 0` for the symmetric parts S and Sigma: `c^2` is the least
+/// eigenvalue of `S Sigma`.
 fn least_product(primal: &Mat, dual: &Mat) -> f64 {
     let root = symmetric_function(&symmetric_part(primal), |v| v.max(0.0).sqrt());
     least_eigenvalue(&(&root * symmetric_part(dual) * &root)).max(0.0).sqrt()
 }
 
-/// The coordinates in which a solution's pairs (X, Y) and (S, Sigma) are equal and diagonal.
+/// Returns the coordinates in which a solution's pairs (X, Y) and (S, Sigma) are equal and diagonal.
 pub(crate) fn equalised(
     at: &Coordinates,
     found: &LmiSolution,
@@ -284,7 +284,7 @@ pub(crate) fn equalised(
     at.equalising(&found.x, &found.y, &s, &sigma, &channels(&plant.blocks))
 }
 
-/// The least gamma in the coordinates of a place; gamma is returned in the plant's units.
+/// Returns the least gamma in the coordinates of `place`, in the plant's units.
 fn minimise(
     plant: &GeneralisedPlant,
     place: &Place,
@@ -303,21 +303,21 @@ fn minimise(
     Ok(LmiSolution { gamma: place.unit * found.gamma, gap, lower, multipliers, ..found })
 }
 
-/// The multipliers of the last steps, the latest first, in the plant's coordinates.
+/// Returns the multipliers of the last steps, the latest first, in the plant's coordinates.
 fn dual_multipliers(
     place: &Place,
     scaled: &GeneralisedPlant,
     steps: &[Vec<Mat>],
     scalings: ScalingClass,
 ) -> Vec<DualMultipliers> {
-    // With symmetric scalings only, they belong to another problem.
+    // The multipliers with symmetric scalings only belong to another problem.
     if scalings == ScalingClass::Symmetric {
         return vec![];
     }
     let n = scaled.sizes().x;
     let (primal, dual) = (unmeasured(scaled), unmeasured(&scaled.dual()));
     let found = steps.iter().rev().filter_map(|step| {
-        // In the order in which the inequalities are stated.
+        // The steps are in the order in which the inequalities are stated.
         let [of_primal, of_dual, ..] = step.as_slice() else { return None };
         Some(DualMultipliers {
             primal: &primal * of_primal.clone().cholesky()?.l(),

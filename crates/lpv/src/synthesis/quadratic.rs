@@ -1,10 +1,10 @@
-//! Whether any controller stabilises the plant for every trajectory of the parameters, whatever the gain.
+//! Quadratic stabilisability: existence of a controller for every trajectory of the parameters, at any gain.
 //!
 //! Without w and z the synthesis inequalities are homogeneous, so the unknowns may be bounded by the identity; the
 //! largest margin t is then positive exactly if a gamma exists. The value of t depends on the coordinates, and for a
-//! stiff plant it is as small as rounding in most. So a point that satisfies the inequalities strictly is conclusive;
-//! that there is none is concluded only after several successful changes to the coordinates in which the best X and S
-//! are the identity, which raise t towards 1 if it can be raised.
+//! stiff plant it is as small as rounding in most. A point that satisfies the inequalities strictly is therefore
+//! conclusive; infeasibility is concluded only after several successful changes to the coordinates in which the best X
+//! and S are the identity, which raise t towards 1 if it can be raised.
 //!
 //! Source of the notion: B. R. Barmish, "Necessary and sufficient conditions for quadratic stabilizability of an
 //! uncertain system", J. Optimization Theory and Applications 46(4), 1985.
@@ -18,13 +18,13 @@ use crate::synthesis::inequalities::ScalingClass;
 use crate::system::Group::{T, W, X, Y, Z};
 use crate::system::{ClosedLoop, GeneralisedPlant, LoopError, channels};
 
-/// A margin below this is taken as zero, if it is no larger in other coordinates.
+/// The margin below which it is taken as zero, if it is no larger in other coordinates.
 const NO_MARGIN: f64 = 1e-7;
 
 /// The largest number of changes of coordinates.
 const MOST_COORDINATES: usize = 10;
 
-/// The number of coordinates without a margin from which none is concluded to exist.
+/// The number of coordinates without a margin from which infeasibility is concluded.
 const DENIALS_NEEDED: usize = 5;
 
 /// The initial floor of the eigenvalues of X or S in a change of coordinates, relative to the largest.
@@ -32,17 +32,17 @@ const EIGENVALUE_FLOOR: f64 = 1e-4;
 
 const STAGE: &str = "stabilisation for every parameter";
 
-/// Whether a controller stabilises the plant for every trajectory of the parameters.
+/// The result: whether a controller stabilises the plant for every trajectory of the parameters.
 pub(crate) enum Stabilisation {
-    /// No controller does; the error names the side.
+    /// No controller does; the error names control or measurement.
     Impossible(SynthesisError),
-    /// One does: the inequalities of both sides hold strictly at a point found.
+    /// A controller does: both inequalities hold strictly at a point found.
     Possible,
     /// The solver could not decide.
     Unknown,
 }
 
-/// Judges both sides, the control first. Without parameters the modes decide, which were checked before.
+/// Decides for both inequalities, the control first. Without parameters the modes decide, which were checked before.
 pub(crate) fn stabilisation(plant: &GeneralisedPlant, scalings: ScalingClass) -> Stabilisation {
     if plant.blocks.is_empty() {
         return Stabilisation::Possible;
@@ -59,7 +59,7 @@ pub(crate) fn stabilisation(plant: &GeneralisedPlant, scalings: ScalingClass) ->
     }
 }
 
-/// `None` if the solver could not decide.
+/// Returns `true` if a margin exists; `None` if the solver could not decide.
 fn is_possible(plant: GeneralisedPlant, scalings: ScalingClass) -> Option<bool> {
     let (mut here, mut best) = (plant.clone(), None);
     let (mut next, mut floor, mut denied) = (plant, EIGENVALUE_FLOOR, 0);
@@ -71,7 +71,7 @@ fn is_possible(plant: GeneralisedPlant, scalings: ScalingClass) -> Option<bool> 
                 denied += 1;
                 (here, best) = (next, Some(found));
             }
-            // These coordinates are too badly conditioned: the next are closer to the last good ones.
+            // These coordinates are too badly conditioned: the next are closer to the last well-conditioned ones.
             None => floor *= 10.0,
         }
         let LargestMargin { x, s, .. } = best.as_ref()?;
@@ -87,12 +87,12 @@ struct LargestMargin {
     margin: f64,
     x: Mat,
     s: Mat,
-    /// Whether the inequalities hold strictly at the point.
+    /// `true` if the inequalities hold strictly at the point.
     holds: bool,
 }
 
-/// The largest t with `N' L(X, S, T) N <= -t I`, `t I <= X <= I`, `t I <= S <= I`; `None` if the solver does not reach
-/// an optimum.
+/// Returns the largest t with `N' L(X, S, T) N <= -t I`, `t I <= X <= I`, `t I <= S <= I`; `None` if the solver does
+/// not reach an optimum.
 fn largest_margin(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<LargestMargin> {
     let (n, r) = (plant.sizes().x, plant.sizes().t);
     let mut program = Program::default();
@@ -130,10 +130,10 @@ fn largest_margin(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<La
     (holds || solution.gap <= NO_MARGIN).then_some(LargestMargin { margin, x, s, holds })
 }
 
-/// An inequality scaled to a unit diagonal holds strictly if all its eigenvalues exceed this.
+/// The eigenvalue of an inequality scaled to a unit diagonal above which it holds strictly.
 const ROUNDING_EIGENVALUE: f64 = 1e-12;
 
-/// `M^-1/2` and its inverse, with small eigenvalues raised.
+/// Returns `M^-1/2` and its inverse, with small eigenvalues raised.
 fn root(m: &Mat, floor: f64) -> (Mat, Mat) {
     if m.is_empty() {
         return (m.clone(), m.clone());

@@ -1,4 +1,4 @@
-//! From a solution of the synthesis inequalities to the controller's matrices.
+//! Reconstruction of the controller's matrices from a solution of the synthesis inequalities.
 //!
 //! The multiplier of the closed loop has a closed form: with `W = S + T` and `U = Sigma + Gamma`,
 //!
@@ -26,18 +26,18 @@ use crate::system::{
 
 const STAGE: &str = "reconstruction";
 
-/// The controller for a solution `found` of the synthesis inequalities of `plant`, with the bound of the closed loop's
-/// gain that follows.
+/// Returns the controller for a solution `found` of the synthesis inequalities of `plant`, with the resulting bound of
+/// the closed loop's gain.
 ///
-/// The closed form gives a family of controllers; of those that satisfy the inequality the one with the slowest fastest
-/// mode is taken: it is the easiest to sample.
+/// The closed form gives a family of controllers; of those that satisfy the inequality the one whose fastest mode is
+/// slowest is taken: it is the easiest to sample.
 ///
 /// A `limit` on the fastest mode is in the plant's unit of time. It is checked only on the grid of
 /// [`parameter_grid()`].
 ///
 /// # Errors
-/// [`SynthesisError::TooFast`] if the controller exceeds the limit; [`SynthesisError::Numerical`] if X - Y^-1 or the
-/// multiplier is singular, or no controller of the family satisfies the inequality.
+/// Returns [`SynthesisError::TooFast`] if the controller exceeds the limit; [`SynthesisError::Numerical`] if X - Y^-1
+/// or the multiplier is singular, or no controller of the family satisfies the inequality.
 pub fn reconstruct(
     plant: &GeneralisedPlant,
     found: &LmiSolution,
@@ -84,24 +84,24 @@ pub fn reconstruct(
     })
 }
 
-/// A mode below this fraction of another is taken as slower, so that rounding does not choose.
+/// The ratio of two fastest modes below which one is taken as slower, so that rounding does not decide.
 const SLOWER_RATIO: f64 = 0.999;
 
-/// The bound given by the completed Lyapunov matrix and multiplier.
+/// Returns the bound given by the completed Lyapunov matrix and multiplier.
 fn bound(found: &LmiSolution) -> Result<GainBound, SynthesisError> {
     let (x, multiplier) = (lyapunov_matrix(found)?, multiplier(found)?);
     let (s, t) = (symmetric_part(&multiplier), skew_part(&multiplier));
     Ok(GainBound { gamma: found.gamma, x, factor: None, s, t, lambda: 0.0, largest_eigenvalue: f64::NAN })
 }
 
-/// `X_c = [X Z; Z Z]`, `Z = X - Y^-1`.
+/// Returns `X_c = [X Z; Z Z]`, `Z = X - Y^-1`.
 fn lyapunov_matrix(found: &LmiSolution) -> Result<Mat, SynthesisError> {
     let y_inverse = inverse(&found.y, "Y")?;
     let z = symmetric_part(&(&found.x - y_inverse));
     Ok(block(&[&[&found.x, &z], &[&z, &z]]))
 }
 
-/// `W_e`, with the symmetric part S_e and the skew part T_e.
+/// Returns `W_e`, with the symmetric part S_e and the skew part T_e.
 fn multiplier(found: &LmiSolution) -> Result<Mat, SynthesisError> {
     let w = &found.primal_scaling;
     let u_inverse = inverse(&found.dual_scaling, "Sigma + Gamma")?;
@@ -158,7 +158,7 @@ impl AffineLoop {
         Ok(Self { psi, left, right: right_t.transpose(), left_inner, right_inner: right_inner_t.transpose() })
     }
 
-    /// The family of solutions; `None` if `Psi_22` is not negative definite, so that there are none.
+    /// Returns the family of solutions; `None` if there are none because `Psi_22` is not negative definite.
     fn family(&self) -> Option<ControllerFamily> {
         let complement = kernel(&self.left.transpose());
         let part = |a: &Mat, b: &Mat| a.transpose() * &self.psi * b;
@@ -197,12 +197,12 @@ struct ControllerFamily {
 }
 
 impl ControllerFamily {
-    /// The weight above which there is a solution: the largest eigenvalue of Q.
+    /// Returns the weight above which there is a solution: the largest eigenvalue of Q.
     fn least_weight(&self) -> f64 {
         largest_eigenvalue(&self.q).max(1e-6)
     }
 
-    /// The controller matrix of the family member `weight`; `None` if the weight is too small.
+    /// Returns the controller matrix of the family member `weight`; `None` if the weight is too small.
     fn solution(&self, weight: f64) -> Option<Mat> {
         let n = self.q.nrows();
         // w (w I - Q)^-1 v
@@ -213,7 +213,7 @@ impl ControllerFamily {
     }
 }
 
-/// `blkdiag(X^-1/2, S^-1/2, gamma^-1/2 I, S^-1/2, gamma^-1/2 I)`.
+/// Returns `blkdiag(X^-1/2, S^-1/2, gamma^-1/2 I, S^-1/2, gamma^-1/2 I)`.
 fn normalising_congruence(x: &Mat, s: &Mat, gamma: f64, w: usize, z: usize) -> Result<Mat, SynthesisError> {
     for (m, name) in [(x, "X_c"), (s, "S_e")] {
         let least = crate::matrix::least_eigenvalue(m);
@@ -230,7 +230,7 @@ fn normalising_congruence(x: &Mat, s: &Mat, gamma: f64, w: usize, z: usize) -> R
     Ok(diagonal_blocks(&[&root_x, &root_s, &flat(w), &root_s, &flat(z)]))
 }
 
-/// `M = Q R` with orthonormal columns in Q, as many as the rank of M.
+/// Returns `M = Q R` with orthonormal columns in Q, as many as the rank of M.
 fn orthonormal_columns(m: &Mat) -> (Mat, Mat) {
     let scale = crate::matrix::largest_singular_value(m);
     let (mut q, mut r) = rank_factors(m, 1e-12 * scale);

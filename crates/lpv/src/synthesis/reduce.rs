@@ -1,4 +1,4 @@
-//! Removal of controller states and channels of little effect on the loop, with a new proof of the bound.
+//! Removal of controller states and channels with little effect on the loop, with a new proof of the bound.
 //!
 //! The controller's states are balanced in the closed loop: reachability from w and observability in z, the blocks of
 //! the loop's Gramians that belong to the controller, summed over frozen parameters. The smallest states are truncated
@@ -23,11 +23,11 @@ use crate::system::parameter_grid::parameter_grid;
 use crate::system::partition::Group::X;
 use crate::system::plant::GeneralisedPlant;
 
-/// The allowed relative rise of the bound over that of the full controller.
+/// The allowed relative increase of the bound over that of the full controller.
 const ALLOWED_RISE: f64 = 0.02;
 
-/// The design with as many controller states and channels removed as keep the certified bound within 2 %; the design
-/// itself if none can be removed.
+/// Returns the design with as many controller states and channels removed as keep the certified bound within 2 %; the
+/// design itself if none can be removed.
 ///
 /// With a `fastest_mode` (rad/s) only controllers that satisfy it on the grid of [`parameter_grid()`] are taken:
 /// residualising states may make the others faster.
@@ -37,22 +37,22 @@ pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f6
 }
 
 /// Designs with fewer controller states and channels, the smallest first, all with certified bounds within `1 + rise`
-/// times the design's. Each is computed when it is asked for.
+/// times the design's. Each is computed on demand.
 ///
-/// The smallest is sought by bisection over the sizes: if no bound is found for one, none is expected below it.
+/// The smallest is found by bisection over the sizes: if no bound is found for one, none is expected below it.
 #[derive(Debug)]
 pub struct Reductions<'a> {
-    /// The descent of each part, and the index of the size that is next of the last.
+    /// The descent of each part, and the index of the next size of the last one.
     descents: Vec<(Descent<'a>, usize)>,
 }
 
 impl<'a> Reductions<'a> {
-    /// Seeks the smallest; with a `fastest_mode` (rad/s) as in [`reduce`].
+    /// Finds the smallest reduction; with a `fastest_mode` (rad/s) as in [`reduce`].
     pub fn of(plant: &'a GeneralisedPlant, design: &Design, rise: f64, fastest_mode: Option<f64>) -> Self {
         let limits = Limits { gamma: design.certified.gamma * (1.0 + rise), fastest_mode };
         let mut from = design.clone();
         let mut descents = vec![];
-        // Fewer channels leave fewer unknowns to the proofs of what follows.
+        // Fewer channels leave fewer unknowns to the proofs of the following parts.
         for part in [Part::Channels, Part::States, Part::Channels] {
             let descent = Descent::of(plant, &from, part, limits);
             if let Some((mut descent, smallest)) = descent.and_then(Descent::smallest) {
@@ -81,12 +81,12 @@ impl Iterator for Reductions<'_> {
     }
 }
 
-/// The design with controller modes residualised so that none on the grid of [`parameter_grid()`] is faster than
-/// `limit` (rad/s), with a new bound. `None` if no such controller is found, or no bound within `1 + rise` times the
-/// design's.
+/// Returns the design with controller modes residualised so that none on the grid of [`parameter_grid()`] is faster
+/// than `limit` (rad/s), with a new bound. `None` if no such controller is found, or no bound within `1 + rise` times
+/// the design's.
 ///
-/// Modes are residualised that decay faster, at Theta = 0, than a fraction of the limit: elsewhere they may be faster.
-/// In coordinates in which A is `diag(A_slow, A_fast)`, `0 = A_fast x_fast + B_fast [y; wk]` eliminates x_fast.
+/// Modes that decay faster than a fraction of the limit at Theta = 0 are residualised: elsewhere they may be faster. In
+/// coordinates in which A is `diag(A_slow, A_fast)`, `0 = A_fast x_fast + B_fast [y; wk]` eliminates x_fast.
 pub fn without_fast_modes(
     plant: &GeneralisedPlant,
     design: &Design,
@@ -113,10 +113,10 @@ pub fn without_fast_modes(
 /// starts below the least gamma may find nothing.
 const STARTS: [f64; 2] = [1.0, 2.0];
 
-/// The rate beyond which modes at Theta = 0 are removed, relative to the limit, tried in turn.
+/// The rates above which modes at Theta = 0 are removed, relative to the limit, in the order tried.
 const PARTS_OF_LIMIT: [f64; 3] = [1.0, 0.6, 0.3];
 
-/// The controller with the modes faster than `rate` residualised; `None` if there are none.
+/// Returns the controller with the modes faster than `rate` residualised; `None` if there are none.
 fn at_rest(k: &Controller, rate: f64) -> Option<Controller> {
     let n = k.a().nrows();
     let fast = projector(&k.a(), rate)?;

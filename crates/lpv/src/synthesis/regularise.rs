@@ -1,7 +1,7 @@
 //! Controllers for singular problems: a small weight on each unweighted control, a small noise on each noiseless
 //! measurement.
 //!
-//! Without them the least gamma is an infimum that is approached with unbounded gains, and the arithmetic may fail (see
+//! The least gamma is otherwise an infimum that is approached with unbounded gains, and the arithmetic may fail (see
 //! [`crate::synthesis::regularity`]). The modified plant has one more output per such direction of the controls, and
 //! one more disturbance per such combination of measurements:
 //!
@@ -23,8 +23,8 @@ use crate::synthesis::least_gamma::least_gamma;
 pub use crate::synthesis::regularity::Regularisation;
 use crate::system::{GeneralisedPlant, LoopError};
 
-/// A design for the plant with weights and noises added, if the least gamma of the given plant may be known but no
-/// controller.
+/// Returns a design for the plant with weights and noises added, if the least gamma of the given plant may be known but
+/// no controller.
 ///
 /// Several sizes are tried, fewer for a large plant. The first bound near the least gamma is taken, or else the best;
 /// if the least gamma is zero to rounding, the first, since none is near it.
@@ -51,13 +51,13 @@ pub(crate) fn design(
     })
 }
 
-/// Whether a least gamma is zero to rounding: it is then not attained, and no controller is near it.
+/// Returns `true` if a least gamma is zero to rounding: it is then not attained, and no controller is near it.
 pub fn is_zero(least: f64, bound: f64) -> bool {
     least < ZERO_GAMMA_RATIO * bound
 }
 
-/// The controller of the plant with weights and noises of a size, and a bound, valid with a margin, of the loop that it
-/// closes with the given plant.
+/// Returns the controller of the plant with weights and noises of a size, and a bound, valid with a margin, of the loop
+/// that it closes with the given plant.
 fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Design> {
     let added = Regularisation::new(plant, size);
     if added.is_empty() {
@@ -101,10 +101,10 @@ const SIZES_AND_SHARES: [(f64, f64); 12] = [
 /// The distance from the least gamma, as a fraction of the back-off, at which the search ends.
 const NEAR_SHARE: f64 = 0.5;
 
-/// A least gamma below this fraction of a bound is taken as zero.
+/// The fraction of a bound below which a least gamma is taken as zero.
 const ZERO_GAMMA_RATIO: f64 = 1e-6;
 
-/// An eigenvalue of the inequalities, scaled to a unit diagonal, closer to zero than this may be rounding.
+/// The magnitude below which an eigenvalue of the inequalities, scaled to a unit diagonal, may be rounding.
 const ROUNDING_EIGENVALUE: f64 = 1e-11;
 
 /// The factor by which the bound is raised to gain margin.

@@ -7,7 +7,8 @@
 //! without them: P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear Control 4, 1994.
 //!
 //! A parameter channel also helps: through Dt2 the gain between the channels, which must stay below 1, bounds a
-//! control, and through D2t the parameter disturbs a measurement. So `[D12; Dt2]` and `[D21 D2t]` are judged.
+//! control, and through D2t the parameter disturbs a measurement. The conditions are therefore on `[D12; Dt2]` and
+//! `[D21 D2t]`.
 
 use crate::matrix::{Mat, block, eigenvalues, largest_singular_value, svd};
 use crate::synthesis::balance::Coordinates;
@@ -15,15 +16,15 @@ use crate::system::GeneralisedPlant;
 use crate::system::Group::{T, U, W, X, Y, Z};
 use std::fmt;
 
-/// A singular value up to this is taken as zero, with each column of weights (row of noises) scaled to norm 1: the
-/// inequalities contain its square, and 1e-12 is lost at their accuracy of 1e-8. A column below the square of it,
+/// The singular value up to which it is taken as zero, with each column of weights (row of noises) scaled to norm 1:
+/// the inequalities contain its square, and 1e-12 is lost at their accuracy of 1e-8. A column below the square of it,
 /// relative to the control's effect through the states, is rounding.
 pub const RANK_TOLERANCE: f64 = 1e-6;
 
 /// A control or measurement without a cost.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Finding {
-    /// A direction of the control that no performance output and no parameter channel sees directly.
+    /// A direction of the control without direct effect on any performance output or parameter channel.
     UnweightedControl {
         /// The direction, in the units of u, its largest component 1.
         direction: Vec<f64>,
@@ -40,10 +41,10 @@ pub enum Finding {
     },
 }
 
-/// All findings about a plant, controls first; none if `[D12; Dt2]` has full column rank and `[D21 D2t]` full row rank.
+/// Returns all findings about a plant, controls first; none if `[D12; Dt2]` and `[D21 D2t]'` have full column rank.
 ///
-/// The rank is judged on the given plant, each control and measurement in units of its own weight or noise: neither
-/// units nor modes far slower than the others matter.
+/// The rank is determined for the given plant, each control and measurement in units of its own weight or noise:
+/// neither units nor modes far slower than the others matter.
 pub fn findings(plant: &GeneralisedPlant) -> Vec<Finding> {
     let (weighted, units) = in_own_units(plant);
     let controls = free_directions(&weighted, RANK_TOLERANCE).into_iter().map(|(direction, weight)| {
@@ -56,8 +57,8 @@ pub fn findings(plant: &GeneralisedPlant) -> Vec<Finding> {
     controls.chain(measurements).collect()
 }
 
-/// The plant in diagonally balanced coordinates with z and w scaled so that the rows of z and the columns of w have
-/// norm 1; the coordinates, and the units of z and 1/w, in the user's units.
+/// Returns the plant in diagonally balanced coordinates with z and w scaled so that the rows of z and the columns of w
+/// have norm 1; the coordinates, and the units of z and 1/w, in the user's units.
 pub(crate) fn normalised(plant: &GeneralisedPlant) -> (GeneralisedPlant, Coordinates, (f64, f64)) {
     let mut plant = plant.clone();
     let mut coordinates = Coordinates::diagonal(&plant);
@@ -80,8 +81,8 @@ fn size(m: &Mat) -> f64 {
     if size > 0.0 && size.is_finite() { size } else { 1.0 }
 }
 
-/// `[D12; Dt2]` with each column divided by its norm, and these norms. A column at rounding level, relative to its
-/// control's effect through the states, is divided by something larger.
+/// Returns `[D12; Dt2]` with each column divided by its norm, and these norms. A column at rounding level, relative to
+/// its control's effect through the states, is divided by a larger number.
 fn in_own_units(plant: &GeneralisedPlant) -> (Mat, Vec<f64>) {
     let (weights, channels) = (plant.d12(), plant.dt2());
     // A parameter channel has a unit of its own.
@@ -98,8 +99,8 @@ fn in_own_units(plant: &GeneralisedPlant) -> (Mat, Vec<f64>) {
     (scaled, units)
 }
 
-/// `|C1 b|/rate` for each control, with the rate of the fastest mode: its effect on z through the states within the
-/// time of that mode. 0 if no mode moves.
+/// Returns `|C1 b|/rate` for each control, with the rate of the fastest mode: its effect on z through the states within
+/// the time of that mode. 0 if no mode moves.
 fn through_states(plant: &GeneralisedPlant) -> Vec<f64> {
     let rate = eigenvalues(&plant.a()).iter().map(|v| v.norm()).fold(0.0, f64::max);
     let seen = plant.c1() * plant.b2();
@@ -107,7 +108,7 @@ fn through_states(plant: &GeneralisedPlant) -> Vec<f64> {
     seen.column_iter().map(|column| if usable { column.norm() / rate } else { 0.0 }).collect()
 }
 
-/// Directions v of norm 1 with `|M v|` within the tolerance, each with that norm: coordinate axes first, then
+/// Returns directions v of norm 1 with `|M v|` within the tolerance, each with that norm: coordinate axes first, then
 /// combinations of the others.
 pub(crate) fn free_directions(m: &Mat, tolerance: f64) -> Vec<(Vec<f64>, f64)> {
     let count = m.ncols();
@@ -128,8 +129,8 @@ pub(crate) fn free_directions(m: &Mat, tolerance: f64) -> Vec<(Vec<f64>, f64)> {
     out
 }
 
-/// A direction in the user's units, the largest component 1; components at rounding level, in their own units, are set
-/// to 0.
+/// Returns a direction in the user's units, the largest component 1; components at rounding level, in their own units,
+/// are set to 0.
 fn in_users_units(direction: &[f64], units: &[f64]) -> Vec<f64> {
     let kept = direction.iter().map(|v| if v.abs() > RANK_TOLERANCE { *v } else { 0.0 });
     let converted: Vec<f64> = kept.zip(units).map(|(v, unit)| v / unit).collect();
@@ -173,7 +174,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// The only nonzero component, from 1.
+/// Returns the index, from 1, of the only nonzero component.
 fn only(direction: &[f64]) -> Option<usize> {
     let mut parts = parts(direction);
     match (parts.next(), parts.next()) {
@@ -190,13 +191,13 @@ fn names(direction: &[f64], letter: &str) -> String {
     parts(direction).map(|(i, _)| format!("{letter}{i}")).collect::<Vec<_>>().join(", ")
 }
 
-/// `(u1, u3) = (1, -0.5)`.
+/// Formats a direction, `(u1, u3) = (1, -0.5)`.
 fn direction_words(direction: &[f64], letter: &str) -> String {
     let values: Vec<String> = parts(direction).map(|(_, v)| number(v)).collect();
     format!("({}) = ({})", names(direction, letter), values.join(", "))
 }
 
-/// `y1 - 0.5 y3`.
+/// Formats a combination, `y1 - 0.5 y3`.
 pub(crate) fn sum_words(combination: &[f64], letter: &str) -> String {
     let mut out = String::new();
     for (i, v) in parts(combination) {
@@ -212,13 +213,13 @@ pub(crate) fn sum_words(combination: &[f64], letter: &str) -> String {
     out
 }
 
-/// Four digits without trailing zeros.
+/// Formats a number to four digits without trailing zeros.
 pub(crate) fn number(v: f64) -> String {
     let text = format!("{v:.3e}");
     text.parse::<f64>().map_or(text, |rounded| rounded.to_string())
 }
 
-/// What was added to a plant for the design of its controller; the bound is that of the plant without it.
+/// The additions to a plant for the design of its controller; the bound is that of the plant without them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regularisation {
     /// Rows of coefficients of u, in units of z/u: one output each.
@@ -228,8 +229,8 @@ pub struct Regularisation {
 }
 
 impl Regularisation {
-    /// The outputs and disturbances that give every direction of the controls at least the weight `size`, and every
-    /// combination of measurements that noise, in balanced coordinates in which z and w are scaled to about 1.
+    /// Returns the outputs and disturbances that give every direction of the controls at least the weight `size`, and
+    /// every combination of measurements that noise, in balanced coordinates in which z and w are scaled to about 1.
     pub(crate) fn new(plant: &GeneralisedPlant, size: f64) -> Self {
         let (scaled, coordinates, units) = normalised(plant);
         let weighted = scaled.parts.join(&[Z, T], &[U]);
@@ -247,12 +248,12 @@ impl Regularisation {
         }
     }
 
-    /// Whether the plant needs no addition.
+    /// Returns `true` if the plant needs no addition.
     pub(crate) fn is_empty(&self) -> bool {
         self.weights.is_empty() && self.noises.is_empty()
     }
 
-    /// The plant with these outputs and disturbances.
+    /// Returns the plant with these outputs and disturbances.
     pub(crate) fn apply(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
         let s = plant.sizes();
         let (more_z, more_w) = (self.weights.len(), self.noises.len());
@@ -287,7 +288,7 @@ mod tests {
     use crate::system::partition::NamedBlock;
     use nalgebra::dmatrix;
 
-    /// Two states, two controls, two measurements, all weighted and noisy, with some blocks replaced.
+    /// Returns two states, two controls, two measurements, all weighted and noisy, with some blocks replaced.
     fn regular_but(others: &[NamedBlock]) -> GeneralisedPlant {
         let mut blocks = [
             (X, X, dmatrix![-1.0, 0.3; 0.2, -2.0]),
@@ -316,7 +317,7 @@ mod tests {
         assert_eq!(findings(&regular()), vec![]);
     }
 
-    /// With a mode this slow, balancing makes a state's column so large that a weight of 1 looks negligible.
+    /// Balancing for a mode this slow makes a state's column so large that a weight of 1 seems negligible.
     #[test]
     fn slow_modes_do_not_hide_a_weight() {
         for slow in [1e-5, 1e-6, 1e-7, 0.0] {
@@ -337,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn a_control_without_weight_is_named() {
+    fn a_control_without_weight_is_reported() {
         let mut plant = regular();
         plant.parts.block_mut(Z, U)[(2, 1)] = 0.0;
         let found = findings(&plant);
@@ -346,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn a_measurement_without_noise_is_named() {
+    fn a_measurement_without_noise_is_reported() {
         let mut plant = regular();
         plant.parts.block_mut(Y, W)[(0, 1)] = 0.0;
         let found = findings(&plant);
@@ -354,9 +355,10 @@ mod tests {
         assert!(found[0].to_string().contains("add noise to y1 (row 1 of D21)"));
     }
 
-    /// z sees only `2 u1 + u2`, so (1, -2) costs nothing; w3 enters y1 and y2 as 3 to 1, so y1 - 3 y2 is free of it.
+    /// z depends only on `2 u1 + u2`, so (1, -2) costs nothing; w3 enters y1 and y2 as 3 to 1, so y1 - 3 y2 is free of
+    /// it.
     #[test]
-    fn directions_that_are_no_axes_come_in_the_users_units() {
+    fn directions_other_than_axes_are_in_the_users_units() {
         let mut plant = regular();
         plant.parts.block_mut(Z, U).copy_from(&dmatrix![0.0, 0.0; 0.2, 0.1; 0.0, 0.0]);
         plant.parts.block_mut(Y, W).copy_from(&dmatrix![0.0, 0.0, 0.3; 0.0, 0.0, 0.1]);
@@ -387,10 +389,10 @@ mod tests {
         assert_eq!(findings(&plant), vec![]);
     }
 
-    /// Units of u, y, z, w, time and states by many orders of magnitude: a regular plant stays regular, a singular one
-    /// singular.
+    /// Units of u, y, z, w, time and states that differ by many orders of magnitude keep a regular plant regular and a
+    /// singular one singular.
     #[test]
-    fn units_do_not_matter() {
+    fn findings_do_not_depend_on_units() {
         for (weight, expected) in [(0.2, 0), (0.0, 1)] {
             for exponent in [-8, -4, 4, 8] {
                 let unit = 10f64.powi(exponent);

@@ -20,7 +20,7 @@ impl Assembly {
         Self { identity: Mat::identity(total, total), derivatives: Mat::zeros(states, total), states: 0 }
     }
 
-    /// Adds `count` states: the index of the first, and their signal.
+    /// Adds `count` states; returns the index of the first and their signal.
     pub fn state(&mut self, count: usize) -> (usize, Signal) {
         let first = self.states;
         self.states += count;
@@ -35,14 +35,14 @@ impl Assembly {
         self.derivatives.rows_mut(first, rate.nrows()).copy_from(rate);
     }
 
-    /// `W(s)` of a scalar signal, for a weight with one state: `x' = pole x + gain s, W s = sign gain x + direct s`.
+    /// Returns `W(s)` of a scalar signal; W has one state: `x' = pole x + gain s, W s = sign gain x + direct s`.
     fn filtered(&mut self, [pole, gain, direct]: [f64; 3], sign: f64, input: &Signal) -> Signal {
         let (at, x) = self.state(1);
         self.derivative(at, &(&x * pole + input * gain));
         x * (sign * gain) + input * direct
     }
 
-    /// The output of a reference model T_ref.
+    /// Returns the output of a reference model T_ref.
     pub fn follow(&mut self, model: &ReferenceModel, reference: &Signal) -> Signal {
         let w = model.frequency;
         let (at, value) = self.state(1);
@@ -57,7 +57,7 @@ impl Assembly {
         value
     }
 
-    /// `R(s)` of a signal.
+    /// Returns `R(s)` of a signal.
     pub fn slow_emphasis(&mut self, weight: &ReferenceWeight, input: &Signal) -> Signal {
         if weight.follow <= 1.0 {
             return input.clone();
@@ -66,7 +66,7 @@ impl Assembly {
         self.filtered([-weight.corner, gain, 1.0], 1.0, input)
     }
 
-    /// `W(s)` of a signal.
+    /// Returns `W(s)` of a signal.
     pub fn weighted(&mut self, weight: &RisingWeight, input: &Signal) -> Signal {
         if !weight.rises() {
             return input * weight.low;

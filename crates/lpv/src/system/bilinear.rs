@@ -9,14 +9,14 @@
 //! It maps the unit disc to the left half plane, so it keeps stability and gains, and with these B and C also the
 //! Lyapunov matrices: with the state `m = (x + x+)/r`, `x+'X x+ - x'X x = 2 m'X m'`. The signals v and e include the
 //! parameter channels and the controls, and a loop may be closed before or after the transform. If F has an eigenvalue
-//! at or near -1, z is replaced by -z: each signal changes its sign at every other tick.
+//! at or near -1, z is replaced by -z: each signal changes its sign at every other sample.
 //!
 //! Source: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, section 21.5.
 
 use crate::matrix::{Mat, solve, svd};
 use crate::system::StateSpace;
 
-/// A matrix is taken as singular if its least singular value is at most this fraction of the largest.
+/// The largest ratio of the least to the largest singular value of a matrix that is taken as singular.
 const SINGULAR: f64 = 1e-10;
 
 /// The bilinear transform for a given system matrix and sample time.
@@ -28,17 +28,17 @@ pub struct Bilinear {
 }
 
 impl Bilinear {
-    /// The transform for systems with this F, n x n, at the sample time T > 0 (s); `None` if F has eigenvalues at both
-    /// 1 and -1, to rounding.
+    /// Returns the transform for systems with this F, n x n, at the sample time T > 0 (s); `None` if F has eigenvalues
+    /// at both 1 and -1, to rounding.
     pub fn of(f: &Mat, sample_time: f64) -> Option<Self> {
         let one = Mat::identity(f.nrows(), f.nrows());
         let conditioning = |sign: f64| least_ratio(&(f * sign + &one), 1.0);
-        let (plain, turned) = (conditioning(1.0), conditioning(-1.0));
-        let sign = if plain >= turned { 1.0 } else { -1.0 };
-        (plain.max(turned) > SINGULAR).then_some(Self { sample_time, sign })
+        let (plain, mirrored) = (conditioning(1.0), conditioning(-1.0));
+        let sign = if plain >= mirrored { 1.0 } else { -1.0 };
+        (plain.max(mirrored) > SINGULAR).then_some(Self { sample_time, sign })
     }
 
-    /// A discrete-time system, `(F, G, H, J)` for (A, B, C, D), in continuous time.
+    /// Converts a discrete-time system, `(F, G, H, J)` for (A, B, C, D), to continuous time.
     ///
     /// `None` if F has an eigenvalue that the transform maps to infinity.
     pub fn continuous(&self, system: &StateSpace) -> Option<StateSpace> {
@@ -50,7 +50,7 @@ impl Bilinear {
         Some(StateSpace { a: (one - &back * 2.0) * rate, b: &g * root, c: h * &back * root, d: j - h * g })
     }
 
-    /// A continuous-time system in discrete time, `(F, G, H, J)` for (A, B, C, D).
+    /// Converts a continuous-time system to discrete time, `(F, G, H, J)` for (A, B, C, D).
     ///
     /// `None` if A has an eigenvalue at 2/T, to rounding.
     pub fn discrete(&self, system: &StateSpace) -> Option<StateSpace> {
@@ -68,14 +68,14 @@ impl Bilinear {
         })
     }
 
-    /// The discrete-time frequency (rad/s) of a continuous-time one.
+    /// Returns the discrete-time frequency (rad/s) of a continuous-time one.
     pub fn frequency(&self, continuous: f64) -> f64 {
         let angle = 2.0 * (0.5 * continuous * self.sample_time).atan();
         (if self.sign > 0.0 { angle } else { std::f64::consts::PI - angle }) / self.sample_time
     }
 }
 
-/// The least singular value over the larger of `unit` and the largest; 1 for an empty matrix.
+/// Returns the least singular value over the larger of `unit` and the largest; 1 for an empty matrix.
 fn least_ratio(m: &Mat, unit: f64) -> f64 {
     let values = svd(m).s;
     values.first().zip(values.last()).map_or(1.0, |(largest, least)| least / largest.max(unit))
@@ -95,9 +95,9 @@ mod tests {
     }
 
     proptest! {
-        /// On the unit circle the responses agree, with either sign, and the inverse restores the system.
+        /// The responses agree on the unit circle, with either sign, and the inverse restores the system.
         #[test]
-        fn it_has_the_same_response(entries in prop::collection::vec(-1.5..1.5, 4), angle in 0.01..3.1_f64) {
+        fn the_frequency_response_is_kept(entries in prop::collection::vec(-1.5..1.5, 4), angle in 0.01..3.1_f64) {
             let given = system(Mat::from_vec(2, 2, entries));
             let map = Bilinear::of(&given.a, TICK).unwrap();
             let continuous = map.continuous(&given).unwrap();
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn eigenvalues_at_both_ends_of_the_circle_leave_none() {
+    fn eigenvalues_at_both_1_and_minus_1_have_no_transform() {
         assert_eq!(Bilinear::of(&dmatrix![1.0, 0.0; 0.0, -1.0], TICK), None);
         assert_eq!(Bilinear::of(&dmatrix![-1.0, 0.1; 0.0, 0.9], TICK).unwrap().sign, -1.0);
         assert_eq!(Bilinear::of(&Mat::zeros(0, 0), TICK).unwrap().sign, 1.0);

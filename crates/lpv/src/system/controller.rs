@@ -25,15 +25,16 @@ pub struct Controller {
 named_blocks!(Controller: a X X, by X Y, bt X T, cu U X, duy U Y, dut U T, ct T X, dty T Y, dtt T T);
 
 impl Controller {
-    /// A controller from blocks with their rows and columns; blocks left out are zero.
+    /// Builds a controller from blocks with their rows and columns; blocks left out are zero.
     ///
     /// # Errors
-    /// The first block whose shape does not fit, or a wrong sum of the repetitions.
+    /// Returns [`SystemError::Shape`] for the first block whose shape does not fit, or for a wrong sum of the
+    /// repetitions.
     pub fn new(blocks: Vec<usize>, parts: &[NamedBlock]) -> Result<Self, SystemError> {
         Ok(Self { parts: Partitioned::new(CONTROLLER, parts)?.with_channels(&blocks)?, blocks })
     }
 
-    /// The controller at a frozen parameter value, from y to u.
+    /// Returns the controller at a frozen parameter value, from y to u.
     ///
     /// ```text
     /// A + Bt D Ct,   By + Bt D Dty,   Cu + Dut D Ct,   Duy + Dut D Dty   with   D = Theta (I - Dtt Theta)^-1
@@ -42,16 +43,17 @@ impl Controller {
     /// Shapes: `theta` has one value per entry of `blocks`.
     ///
     /// # Errors
-    /// [`SystemError::NotWellPosed`] when `I - Dtt Theta` is singular.
+    /// Returns [`SystemError::NotWellPosed`] if `I - Dtt Theta` is singular.
     pub fn frozen(&self, theta: &[f64]) -> Result<StateSpace, SystemError> {
         let frozen = self.parts.frozen(&channels(&self.blocks), theta)?;
         Ok(frozen.state_space(&[Group::U], &[Group::Y]))
     }
 
-    /// The fastest mode of the frozen controller over some parameter values: the largest |lambda| of its A, rad/s.
+    /// Returns the fastest mode of the frozen controller over some parameter values: the largest |lambda| of its A,
+    /// rad/s.
     ///
-    /// Infinite if the controller is not well posed at one of them, or its eigenvalues cannot be computed. Nothing is
-    /// known between the values.
+    /// Infinite if the controller is not well posed at one of them, or its eigenvalues cannot be computed. Nothing
+    /// follows for the values between them.
     pub fn fastest_mode(&self, thetas: &[Vec<f64>]) -> f64 {
         let fastest_at = |theta: &Vec<f64>| match self.frozen(theta) {
             Ok(frozen) => frozen.poles().iter().map(|pole| pole.norm()).fold(0.0, worse),
@@ -60,12 +62,12 @@ impl Controller {
         thetas.iter().map(fastest_at).fold(0.0, worse)
     }
 
-    /// The matrix `[A By Bt; Cu Duy Dut; Ct Dty Dtt]`.
+    /// Returns the matrix `[A By Bt; Cu Duy Dut; Ct Dty Dtt]`.
     pub fn matrix(&self) -> &Mat {
         self.parts.matrix()
     }
 
-    /// The controller with the matrix `m`, `states` states, `y` measurements and `u` controls.
+    /// Returns the controller with the matrix `m`, `states` states, `y` measurements and `u` controls.
     ///
     /// Shapes: m is (states + u + r) x (states + y + r), where r is the sum of the repetitions.
     pub fn from_matrix(m: &Mat, states: usize, y: usize, u: usize, blocks: Vec<usize>) -> Self {
@@ -75,7 +77,7 @@ impl Controller {
 }
 
 impl GeneralisedPlant {
-    /// The closed loop with a controller; the plant's channels come first, then the controller's.
+    /// Returns the closed loop with a controller; the plant's channels come first, then the controller's.
     ///
     /// The direct path from u to y is zero, so the loop is well posed at Theta = 0. Shapes: plant and controller have
     /// the same number of measurements y and of controls u.
@@ -87,7 +89,7 @@ impl GeneralisedPlant {
     }
 }
 
-/// The larger of two; NaN is taken as infinite.
+/// Returns the larger of two values; NaN is taken as infinite.
 fn worse(most: f64, v: f64) -> f64 {
     if v.is_nan() { f64::INFINITY } else { most.max(v) }
 }
@@ -97,7 +99,7 @@ mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
-    /// One state with the pole `-1 - 3 theta/(1 - d theta)`.
+    /// Returns a controller with one state and the pole `-1 - 3 theta/(1 - d theta)`.
     fn controller(d: f64) -> Controller {
         let matrix = dmatrix![-1.0, 1.0, -3.0; 1.0, 0.0, 0.0; 1.0, 0.0, d];
         Controller::from_matrix(&matrix, 1, 1, 1, vec![1])
@@ -110,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_controller_that_is_not_well_posed_is_infinitely_fast() {
+    fn the_fastest_mode_of_an_ill_posed_controller_is_infinite() {
         assert_eq!(controller(1.0).fastest_mode(&[vec![0.0], vec![1.0]]), f64::INFINITY);
     }
 }

@@ -17,18 +17,18 @@ use crate::system::{MatrixPolynomial, MatrixRational};
 pub struct Lft {
     /// The value at theta = 0, p x m.
     pub constant: Mat,
-    /// p x r.
+    /// L, p x r.
     pub left: Mat,
-    /// r x r.
+    /// D, r x r.
     pub inner: Mat,
-    /// r x m.
+    /// R, r x m.
     pub right: Mat,
     /// The parameter of each channel: channel i carries `theta[channels[i]]`.
     pub channels: Vec<usize>,
 }
 
 impl Lft {
-    /// A matrix that depends on no parameter.
+    /// Returns a matrix that depends on no parameter.
     pub fn constant(m: Mat) -> Self {
         let (p, n) = m.shape();
         Self {
@@ -40,7 +40,7 @@ impl Lft {
         }
     }
 
-    /// The scalar `nominal + half_range theta_parameter`.
+    /// Returns the scalar `nominal + half_range theta_parameter`.
     pub fn parameter(parameter: usize, nominal: f64, half_range: f64) -> Self {
         let scalar = |v| Mat::from_element(1, 1, v);
         Self {
@@ -52,15 +52,15 @@ impl Lft {
         }
     }
 
-    /// The number of channels r.
+    /// Returns the number of channels r.
     pub fn size(&self) -> usize {
         self.channels.len()
     }
 
-    /// `M(theta)`. p x m.
+    /// Returns `M(theta)`. p x m.
     ///
     /// # Errors
-    /// [`SystemError::NotWellPosed`] when `I - D Theta` is singular there.
+    /// Returns [`SystemError::NotWellPosed`] if `I - D Theta` is singular there.
     pub fn evaluate(&self, theta: &[f64]) -> Result<Mat, SystemError> {
         let delta = diagonal(self.channels.iter().map(|&c| theta[c]));
         let loop_matrix = Mat::identity(self.size(), self.size()) - &self.inner * &delta;
@@ -69,7 +69,7 @@ impl Lft {
         Ok(&self.constant + &self.left * delta * inner)
     }
 
-    /// `M_1 + M_2`. Shapes: both p x m.
+    /// Returns `M_1 + M_2`. Shapes: both p x m.
     pub fn add(&self, other: &Self) -> Self {
         Self {
             constant: &self.constant + &other.constant,
@@ -80,7 +80,7 @@ impl Lft {
         }
     }
 
-    /// `M_1 M_2`. Shapes: p x m and m x k.
+    /// Returns `M_1 M_2`. Shapes: p x m and m x k.
     pub fn multiply(&self, other: &Self) -> Self {
         let zero = Mat::zeros(other.size(), self.size());
         Self {
@@ -92,7 +92,7 @@ impl Lft {
         }
     }
 
-    /// `[M_1 M_2]`. Shapes: p x m and p x k.
+    /// Returns `[M_1 M_2]`. Shapes: p x m and p x k.
     pub fn concatenated(&self, other: &Self) -> Self {
         Self {
             constant: block(&[&[&self.constant, &other.constant]]),
@@ -103,7 +103,7 @@ impl Lft {
         }
     }
 
-    /// `[M_1; M_2]`. Shapes: p x m and k x m.
+    /// Returns `[M_1; M_2]`. Shapes: p x m and k x m.
     pub fn stacked(&self, other: &Self) -> Self {
         Self {
             constant: block(&[&[&self.constant], &[&other.constant]]),
@@ -114,7 +114,7 @@ impl Lft {
         }
     }
 
-    /// The LFT with its channels sorted by parameter.
+    /// Returns the LFT with its channels sorted by parameter.
     #[must_use]
     pub fn in_order(&self) -> Self {
         let mut order: Vec<usize> = (0..self.size()).collect();
@@ -128,8 +128,8 @@ impl Lft {
         }
     }
 
-    /// `M_0 + L T Theta (I - F D T Theta)^-1 F R` with the Theta of other channels: the same matrix if `T Theta F` is
-    /// the Theta of the present ones.
+    /// Returns `M_0 + L T Theta (I - F D T Theta)^-1 F R` with the Theta of other channels: the same matrix if
+    /// `T Theta F` is the Theta of the present ones.
     ///
     /// Shapes, for s new channels: `from` F is s x r, `to` T is r x s.
     #[must_use]
@@ -143,12 +143,12 @@ impl Lft {
         }
     }
 
-    /// The LFT of minimal size of a polynomial in one parameter; see [`Lft::from_rational`].
+    /// Returns the LFT of minimal size of a polynomial in one parameter; see [`Lft::from_rational`].
     pub fn from_polynomial(polynomial: &MatrixPolynomial, tolerance: f64) -> Self {
         Self::from_series(&polynomial.coefficients, polynomial.order(), tolerance)
     }
 
-    /// The LFT of minimal size of a rational function of one parameter.
+    /// Returns the LFT of minimal size of a rational function of one parameter.
     ///
     /// With the coefficients `M_1, M_2, ...` of its series the size is the rank of the Hankel matrix `[M_(i+j-1)]`, at
     /// most the order times the smaller dimension of M; its factors give a realisation, balanced for a polynomial (Ho
@@ -159,7 +159,8 @@ impl Lft {
         Self::from_series(&rational.series(2 * order + 1), order, tolerance)
     }
 
-    /// The LFT of a series whose Hankel matrix of `order` blocks has full rank; coefficients not listed are zero.
+    /// Returns the LFT of a series whose Hankel matrix of `order` blocks has full rank; coefficients not listed are
+    /// zero.
     fn from_series(series: &[Mat], order: usize, tolerance: f64) -> Self {
         let (p, m) = series[0].shape();
         let hankel = |shift: usize| {

@@ -10,9 +10,9 @@ use crate::system::StateSpace;
 /// The smallest eigenvalue that a gramian may have, relative to the largest; smaller ones are raised.
 const EIGENVALUE_FLOOR: f64 = 1e-6;
 
-/// A matrix X midway between the largest and the smallest storage function of a mean system, and an estimate of its
-/// gain: `Q/g < X < g P^-1` holds for the storage functions of a system with gramians P, Q and gain g, so `X = P^-1 #
-/// Q`, the geometric mean, which is the identity in balanced coordinates, lies in the middle.
+/// Returns a matrix X midway between the largest and the smallest storage function of a mean system, and an estimate of
+/// its gain: `Q/g < X < g P^-1` holds for the storage functions of a system with gramians P, Q and gain g, so
+/// `X = P^-1 # Q`, the geometric mean, which is the identity in balanced coordinates, lies in the middle.
 ///
 /// P and Q are the means of the gramians of all systems, which must be stable. `None` if a step fails.
 pub(crate) fn middle_of_gramians(systems: &[&StateSpace]) -> Option<(Mat, f64)> {
@@ -39,8 +39,8 @@ const FLOORS: [f64; 4] = [EIGENVALUE_FLOOR, 1e-4, 1e-2, 1.0];
 /// Tolerance of the sign iteration for the factors of gramians: only their size matters.
 const NEAR: f64 = 1e-3;
 
-/// The factors p and q of the gramians: `p p'` of reachability and `q q'` of observability, regularised in directions
-/// that are not reached; `None` if a step fails.
+/// Returns the factors p and q of the gramians: `p p'` of reachability and `q q'` of observability, regularised in
+/// directions that are not reached; `None` if a step fails.
 pub(crate) fn gramian_factors(s: &StateSpace) -> Option<(Mat, Mat)> {
     let p = lyapunov_to(&s.a.transpose(), &(&s.b * s.b.transpose()), NEAR)?;
     let q = lyapunov_to(&s.a, &(s.c.transpose() * &s.c), NEAR)?;
@@ -49,7 +49,7 @@ pub(crate) fn gramian_factors(s: &StateSpace) -> Option<(Mat, Mat)> {
     Some((factor(&p)?, factor(&q)?))
 }
 
-/// A gramian regularised in the directions that it does not reach; the identity for zero.
+/// Returns a gramian regularised in the directions that are not reached; the identity for zero.
 fn filled(gramian: &Mat, least: f64) -> Mat {
     let n = gramian.nrows();
     let variances: Vec<f64> = gramian.diagonal().iter().map(|d| d.max(0.0)).collect();
@@ -57,24 +57,24 @@ fn filled(gramian: &Mat, least: f64) -> Mat {
     if most <= 0.0 {
         return Mat::identity(n, n);
     }
-    // In proportion to each state's size, so that the states' units matter little.
+    // The floor is in proportion to each state's size, so that the states' units matter little.
     let floor = |d: f64| least * d.max(least * most);
     gramian + diagonal(variances.into_iter().map(floor))
 }
 
-/// X of `A'X + XA + Q = 0` for a stable A, by the matrix sign iteration; `None` if it does not converge.
+/// Returns X of `A'X + XA + Q = 0` for a stable A, by the matrix sign iteration; `None` if it does not converge.
 pub(crate) fn lyapunov(a: &Mat, q: &Mat) -> Option<Mat> {
     lyapunov_to(a, q, 1e-7)
 }
 
-/// The solution of [`lyapunov`] to about the square of `near`: badly conditioned coordinates may allow no more.
+/// Returns the solution of [`lyapunov`] to about the square of `near`: badly conditioned coordinates may allow no more.
 fn lyapunov_to(a: &Mat, q: &Mat, near: f64) -> Option<Mat> {
     let n = a.nrows();
     let (mut a, mut q, one) = (a.clone(), q.clone(), Mat::identity(n, n));
     for _ in 0..100 {
-        // The sign of a stable matrix is -I, and from here one more step doubles the digits.
+        // The sign of a stable matrix is -I, and one more step from here doubles the digits.
         let close = (&a + &one).norm() < near * n as f64;
-        // Not `try_inverse`, which takes determinants of small matrices, and loses most digits of badly scaled ones.
+        // `try_inverse` takes determinants of small matrices and loses most digits of badly scaled ones.
         let inverse = solve(&a, &one)?;
         let c = (a.norm() / inverse.norm()).sqrt();
         q = (&q / c + inverse.transpose() * &q * &inverse * c) * 0.5;

@@ -10,13 +10,13 @@ use crate::system::{ClosedLoop, Controller, GeneralisedPlant};
 /// `E Delta [F Fw Fu]` in a plant's coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelError {
-    /// n x ne.
+    /// Input matrix E, n x ne.
     pub e: Mat,
-    /// nf x n.
+    /// Output matrix F of the states, nf x n.
     pub f: Mat,
-    /// nf x w.
+    /// Output matrix Fw of the exogenous inputs, nf x w.
     pub fw: Mat,
-    /// nf x u.
+    /// Output matrix Fu of the controls, nf x u.
     pub fu: Mat,
 }
 
@@ -31,7 +31,7 @@ pub struct LoopError {
 }
 
 impl ModelError {
-    /// The error in the loop that a controller closes.
+    /// Returns the error in the loop that a controller closes.
     ///
     /// ```text
     /// Fx = [F + Fu Duy C2, Fu Cu],   Ft = [Fu Duy D2t, Fu Dut],   Fw = Fw + Fu Duy D21
@@ -51,23 +51,23 @@ impl ModelError {
 }
 
 impl LoopError {
-    /// No model error: no rows, no columns.
+    /// Returns the absence of model error: no rows, no columns.
     pub fn none(closed: &ClosedLoop) -> Self {
         let (n, r, w) = (closed.a().nrows(), closed.channels.len(), closed.b1().ncols());
         Self { e: Mat::zeros(n, 0), fx: Mat::zeros(0, n), ft: Mat::zeros(0, r), fw: Mat::zeros(0, w) }
     }
 
-    /// Whether there is no model error.
+    /// Returns `true` if there is no model error.
     pub fn is_none(&self) -> bool {
         self.e.ncols() == 0
     }
 
-    /// The error with w and z in units in which a gain of `gamma` is 1.
+    /// Returns the error with w and z in units in which a gain of `gamma` is 1.
     pub(crate) fn in_units_of(&self, gamma: f64) -> Self {
         Self { fw: &self.fw / gamma.sqrt(), ..self.clone() }
     }
 
-    /// The error in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`.
+    /// Returns the error in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`.
     pub fn in_coordinates(&self, (t, t_inverse): (&Mat, &Mat), tau: &Mat) -> Self {
         Self { e: t_inverse * &self.e, fx: &self.fx * t, ft: &self.ft * tau, fw: self.fw.clone() }
     }

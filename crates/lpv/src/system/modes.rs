@@ -11,7 +11,7 @@ use crate::synthesis::balance::{Coordinates, power_of_two};
 use crate::system::GeneralisedPlant;
 use nalgebra::Complex;
 
-/// An unreachable mode with `Re >= 0`, the fastest growing. A is n x n, B n x m; rad/s.
+/// Returns an unreachable mode with `Re >= 0`, the fastest growing. A is n x n, B n x m; rad/s.
 ///
 /// A stabilising feedback proves that there is none. A mode is reported only if it is unreachable for the given numbers
 /// to 32 digits: a mode that is unreachable only to the rounding of 16 digits is taken as reachable.
@@ -28,10 +28,10 @@ pub fn unreachable_mode(a: &Mat, b: &Mat) -> Option<Complex<f64>> {
     eigenvalues(&narrow(&rest)).into_iter().max_by(|p, q| p.re.total_cmp(&q.re))
 }
 
-/// Checks that u reaches every mode of the plant at Theta = 0 that is not stable.
+/// Checks that every mode of the plant at Theta = 0 that is not stable is controllable from u.
 ///
 /// # Errors
-/// [`SynthesisError::NotStabilisable`] with the mode.
+/// Returns [`SynthesisError::NotStabilisable`] with the mode.
 pub fn check_stabilisable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     match lost_mode(plant, |balanced| (balanced.a(), balanced.b2()))? {
         Some(mode) => Err(SynthesisError::NotStabilisable { re: mode.re, im: mode.im }),
@@ -39,10 +39,10 @@ pub fn check_stabilisable(plant: &GeneralisedPlant) -> Result<(), SynthesisError
     }
 }
 
-/// Checks that y shows every mode of the plant at Theta = 0 that is not stable.
+/// Checks that every mode of the plant at Theta = 0 that is not stable is observable from y.
 ///
 /// # Errors
-/// [`SynthesisError::NotDetectable`] with the mode.
+/// Returns [`SynthesisError::NotDetectable`] with the mode.
 pub fn check_detectable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     match lost_mode(plant, |balanced| (balanced.a().transpose(), balanced.c2().transpose()))? {
         Some(mode) => Err(SynthesisError::NotDetectable { re: mode.re, im: mode.im }),
@@ -50,7 +50,7 @@ pub fn check_detectable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> 
     }
 }
 
-/// Refuses numbers that overflow: they prove nothing.
+/// Rejects plants with numbers that overflow, for which nothing can be shown.
 fn check_finite(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     if eigenvalues(&plant.a()).iter().all(|v| v.re.is_finite() && v.im.is_finite()) {
         return Ok(());
@@ -61,9 +61,9 @@ fn check_finite(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     ))
 }
 
-/// A mode, in the user's unit of time, that is not stable and that the input matrix of a pair does not reach. Rank is
-/// judged in balanced coordinates, since in badly scaled ones everything looks unreachable; their factors are powers of
-/// two, so that it is that of the given numbers.
+/// Returns a mode, in the user's unit of time, that is not stable and not reachable from the input matrix of a pair.
+/// Rank is determined in balanced coordinates, since in badly scaled ones every mode seems unreachable; the scale
+/// factors are powers of two and cause no rounding.
 fn lost_mode(
     plant: &GeneralisedPlant,
     pair: impl Fn(&GeneralisedPlant) -> (Mat, Mat),
@@ -81,7 +81,7 @@ mod tests {
     use nalgebra::dmatrix;
 
     #[test]
-    fn the_mode_is_named() {
+    fn the_unreachable_mode_is_reported() {
         let a = dmatrix![-1.0, 0.0; 0.0, 0.5];
         assert_eq!(unreachable_mode(&a, &dmatrix![1.0; 0.0]), Some(Complex::new(0.5, 0.0)));
         assert_eq!(unreachable_mode(&a, &dmatrix![0.0; 1.0]), None);

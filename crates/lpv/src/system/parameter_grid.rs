@@ -15,17 +15,17 @@
 /// The largest number of parameters for which all vertices are taken.
 const ALL_VERTICES: usize = 10;
 
-/// The points of the table above, the same at each call; every grid contains vertices.
+/// Returns the points of the table above, the same at each call; every grid contains vertices.
 pub fn parameter_grid(parameters: usize) -> Vec<Vec<f64>> {
     evenly(parameters, [1, 11, 11, 7, 5, 3, 3].get(parameters).copied().unwrap_or(2))
 }
 
-/// A grid of at most three points per parameter, for checks that are repeated often.
+/// Returns a grid of at most three points per parameter, for checks that are repeated often.
 pub(crate) fn coarse_grid(parameters: usize) -> Vec<Vec<f64>> {
     evenly(parameters, if parameters <= 4 { 3 } else { 2 })
 }
 
-/// `count` values of one parameter, evenly spaced over [-1, 1]; at least two.
+/// Returns `count` values of one parameter, evenly spaced over [-1, 1]; at least two.
 pub(crate) fn evenly_spread(count: usize) -> impl Iterator<Item = f64> {
     let last = count.max(2) - 1;
     (0..=last).map(move |i| 2.0 * i as f64 / last as f64 - 1.0)
@@ -42,7 +42,7 @@ fn evenly(parameters: usize, each: usize) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// 1024 vertices: the first ten parameters take all signs, each further one the product of some of theirs.
+/// Returns 1024 vertices: the first ten parameters take all signs, each further one the product of some of theirs.
 fn some_vertices(parameters: usize) -> Vec<Vec<f64>> {
     let products = (1..1usize << ALL_VERTICES).filter(|mask| !mask.is_power_of_two());
     let masks: Vec<usize> =

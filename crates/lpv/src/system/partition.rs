@@ -4,7 +4,7 @@
 //! [x'; zt; z; y] = M [x; wt; w; u],   wt = Theta zt,   Theta = diag(theta_c) over the channels
 //! ```
 //!
-//! A group names rows and columns: `X` is x' and x, `T` is zt and wt. So it has one size. Source of the idea:
+//! A group names rows and columns, so it has one size: `X` is x' and x, `T` is zt and wt. Source of the idea:
 //! `ExtendedStateSpace` of RobustAndOptimalControl.jl, a system and index vectors.
 
 use crate::error::SystemError;
@@ -41,7 +41,7 @@ pub const LOOP: Names = (&[X, T, Z], &[X, T, W]);
 /// Rows and columns of a controller.
 pub const CONTROLLER: Names = (&[X, U, T], &[X, Y, T]);
 
-/// The name of a block in equations and files.
+/// Returns the name of a block in equations and files.
 fn name(row: Group, column: Group) -> &'static str {
     match (row, column) {
         (X, X) => "A",
@@ -69,17 +69,18 @@ fn name(row: Group, column: Group) -> &'static str {
     }
 }
 
-/// Name, row and column of each block, row by row.
+/// Returns name, row and column of each block, row by row.
 pub fn names((rows, columns): Names) -> impl Iterator<Item = (&'static str, Group, Group)> {
     rows.iter().flat_map(move |row| columns.iter().map(move |column| (name(*row, *column), *row, *column)))
 }
 
-/// `Theta (I - Dtt Theta)^-1` with the parameter of each channel: the map from zt to wt once the channels are closed.
+/// Returns `Theta (I - Dtt Theta)^-1` with the parameter of each channel: the map from zt to wt once the channels are
+/// closed.
 ///
 /// Shapes: Dtt is r x r for r channels.
 ///
 /// # Errors
-/// [`SystemError::NotWellPosed`] when `I - Dtt Theta` is singular.
+/// Returns [`SystemError::NotWellPosed`] if `I - Dtt Theta` is singular.
 pub fn closing(channels: &[usize], dtt: &Mat, theta: &[f64]) -> Result<Mat, SystemError> {
     let delta = diagonal(channels.iter().map(|&c| theta[c]));
     let r = channels.len();
@@ -109,7 +110,7 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// The size of a group.
+    /// Returns the size of a group.
     pub fn of(mut self, group: Group) -> usize {
         *self.of_mut(group)
     }
@@ -130,23 +131,23 @@ impl Sizes {
 pub type NamedBlock = (Group, Group, Mat);
 
 impl Partitioned {
-    /// The zero matrix.
+    /// Returns the zero matrix.
     pub fn zeros((rows, columns): Names, sizes: Sizes) -> Self {
         let total = |all: &[Group]| all.iter().map(|s| sizes.of(*s)).sum();
         Self { matrix: Mat::zeros(total(rows), total(columns)), rows, columns, sizes }
     }
 
-    /// A matrix partitioned by `sizes`; its shape must be the sums of the sizes.
+    /// Returns a matrix partitioned by `sizes`; its shape must be the sums of the sizes.
     pub fn of(m: Mat, (rows, columns): Names, sizes: Sizes) -> Self {
         let zeros = Self::zeros((rows, columns), sizes);
         assert_eq!(m.shape(), zeros.matrix.shape(), "a matrix and the sizes of its groups");
         Self { matrix: m, ..zeros }
     }
 
-    /// The matrix with the given blocks and zeros elsewhere. The first block with a group gives its size.
+    /// Builds the matrix with the given blocks and zeros elsewhere. The first block with a group gives its size.
     ///
     /// # Errors
-    /// The first block of another shape, with the one expected.
+    /// Returns [`SystemError::Shape`] for the first block of another shape, with the shape expected.
     pub fn new((rows, columns): Names, blocks: &[NamedBlock]) -> Result<Self, SystemError> {
         let shown = |group: Group| {
             let sizes = |(row, column, m): &NamedBlock| match (*row == group, *column == group) {
@@ -168,7 +169,8 @@ impl Partitioned {
         Ok(out)
     }
 
-    /// The matrix with the number of channels that the repetitions of the parameters give, if no block has any.
+    /// Returns the matrix with the number of channels given by the repetitions of the parameters, if no block has
+    /// channels.
     pub(crate) fn with_channels(self, blocks: &[usize]) -> Result<Self, SystemError> {
         let out = if self.sizes.t == 0 { self.resized(T, blocks.iter().sum()) } else { self };
         out.check_channels(blocks).map(|()| out)
@@ -185,17 +187,17 @@ impl Partitioned {
         if total == t { Ok(()) } else { Err(wrong) }
     }
 
-    /// The matrix with a function applied to each entry.
+    /// Returns the matrix with a function applied to each entry.
     pub(crate) fn map(&self, f: impl FnMut(f64) -> f64) -> Self {
         Self { matrix: self.matrix.map(f), ..self.clone() }
     }
 
-    /// The sizes of all groups; 0 for absent ones.
+    /// Returns the sizes of all groups; 0 for absent ones.
     pub fn sizes(&self) -> Sizes {
         self.sizes
     }
 
-    /// The unpartitioned matrix.
+    /// Returns the unpartitioned matrix.
     pub fn matrix(&self) -> &Mat {
         &self.matrix
     }
@@ -204,7 +206,7 @@ impl Partitioned {
         names((self.rows, self.columns))
     }
 
-    /// A copy of the block with a name of equations and files; `None` if there is none.
+    /// Returns a copy of the block with the given name of equations and files; `None` if there is no such block.
     pub fn named(&self, name: &str) -> Option<Mat> {
         self.names().find(|(of, _, _)| *of == name).map(|(_, row, column)| self.block(row, column))
     }
@@ -213,13 +215,13 @@ impl Partitioned {
         self.sizes.of(group)
     }
 
-    /// The first index of a group; 0 for an absent one.
+    /// Returns the first index of a group; 0 for an absent one.
     fn start(&self, all: &[Group], group: Group) -> usize {
-        let place = all.iter().position(|s| *s == group).unwrap_or(0);
-        all[..place].iter().map(|s| self.size(*s)).sum()
+        let index = all.iter().position(|s| *s == group).unwrap_or(0);
+        all[..index].iter().map(|s| self.size(*s)).sum()
     }
 
-    /// A copy of a block, size of the row x size of the column; zero for an absent one.
+    /// Returns a copy of a block, size of the row x size of the column; zero for an absent one.
     pub fn block(&self, row: Group, column: Group) -> Mat {
         let shape = (self.size(row), self.size(column));
         if !self.rows.contains(&row) || !self.columns.contains(&column) {
@@ -228,20 +230,20 @@ impl Partitioned {
         self.matrix.view((self.start(self.rows, row), self.start(self.columns, column)), shape).into_owned()
     }
 
-    /// A mutable view of a block, which must exist.
+    /// Returns a mutable view of a block, which must exist.
     pub fn block_mut(&mut self, row: Group, column: Group) -> DMatrixViewMut<'_, f64> {
         assert!(self.rows.contains(&row) && self.columns.contains(&column), "{}", name(row, column));
         let start = (self.start(self.rows, row), self.start(self.columns, column));
         self.matrix.view_mut(start, (self.size(row), self.size(column)))
     }
 
-    /// A mutable view of the rows of a group.
+    /// Returns a mutable view of the rows of a group.
     pub fn rows_mut(&mut self, row: Group) -> DMatrixViewMut<'_, f64> {
         let (start, columns) = (self.start(self.rows, row), self.matrix.ncols());
         self.matrix.view_mut((start, 0), (self.size(row), columns))
     }
 
-    /// A mutable view of the columns of a group.
+    /// Returns a mutable view of the columns of a group.
     pub fn columns_mut(&mut self, column: Group) -> DMatrixViewMut<'_, f64> {
         let (start, rows) = (self.start(self.columns, column), self.matrix.nrows());
         self.matrix.view_mut((0, start), (rows, self.size(column)))
@@ -251,7 +253,7 @@ impl Partitioned {
         self.block_mut(row, column).copy_from(m);
     }
 
-    /// Several block rows and columns as one matrix.
+    /// Returns several block rows and columns as one matrix.
     pub fn join(&self, rows: &[Group], columns: &[Group]) -> Mat {
         let all: Vec<Vec<Mat>> =
             rows.iter().map(|row| columns.iter().map(|column| self.block(*row, *column)).collect()).collect();
@@ -259,7 +261,7 @@ impl Partitioned {
         block(&lines.iter().map(Vec::as_slice).collect::<Vec<_>>())
     }
 
-    /// The submatrix of some block rows and columns.
+    /// Returns the submatrix of some block rows and columns.
     pub fn cut(&self, (rows, columns): Names) -> Self {
         let mut sizes = self.sizes;
         for gone in [X, T, W, U, Z, Y].into_iter().filter(|s| !rows.contains(s) && !columns.contains(s)) {
@@ -268,7 +270,7 @@ impl Partitioned {
         Self::of(self.join(rows, columns), (rows, columns), sizes)
     }
 
-    /// The matrix with another size of a group: the first rows and columns stay, new ones are zero.
+    /// Returns the matrix with another size of a group: the first rows and columns are kept, new ones are zero.
     pub fn resized(&self, group: Group, size: usize) -> Self {
         let mut sizes = self.sizes;
         *sizes.of_mut(group) = size;
@@ -282,12 +284,12 @@ impl Partitioned {
         out
     }
 
-    /// The same matrix, partitioned by other sizes.
+    /// Returns the same matrix, partitioned by other sizes.
     pub fn repartitioned(&self, sizes: Sizes) -> Self {
         Self::of(self.matrix.clone(), (self.rows, self.columns), sizes)
     }
 
-    /// The transposed matrix with w and z, and u and y, exchanged: the dual of a plant or a loop.
+    /// Returns the transposed matrix with w and z, and u and y, exchanged: the dual of a plant or a loop.
     pub fn dual(&self) -> Self {
         let other = |group| match group {
             W => Z,
@@ -305,8 +307,8 @@ impl Partitioned {
         out
     }
 
-    /// The rows of some groups multiplied from the left, the columns of some from the right: `L_row M R_column` for
-    /// each block.
+    /// Returns the matrix with the rows of some groups multiplied from the left and the columns of some from the right:
+    /// `L_row M R_column` for each block.
     pub fn transformed(&self, left: &[(Group, &Mat)], right: &[(Group, &Mat)]) -> Self {
         let of =
             |all: &[(Group, &Mat)], group| all.iter().find(|(s, _)| *s == group).map(|(_, m)| (*m).clone());
@@ -324,12 +326,12 @@ impl Partitioned {
         out
     }
 
-    /// The matrix in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`, each given with its inverse.
+    /// Returns the matrix in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`, each given with its inverse.
     pub fn in_coordinates(&self, (t, t_inverse): (&Mat, &Mat), (tau, tau_inverse): (&Mat, &Mat)) -> Self {
         self.transformed(&[(X, t_inverse), (T, tau_inverse)], &[(X, t), (T, tau)])
     }
 
-    /// The matrix with w and z in units in which a gain of `gamma` is 1.
+    /// Returns the matrix with w and z in units in which a gain of `gamma` is 1.
     pub fn in_units_of(&self, gamma: f64) -> Self {
         let root = gamma.sqrt();
         let mut out = self.clone();
@@ -343,11 +345,11 @@ impl Partitioned {
         out
     }
 
-    /// The matrix with the parameter channels closed at a parameter value, `M + M_t Theta (I - Dtt Theta)^-1 M^t` for
-    /// each block: rows and columns T are empty.
+    /// Returns the matrix with the parameter channels closed at a parameter value,
+    /// `M + M_t Theta (I - Dtt Theta)^-1 M^t` for each block: rows and columns T are empty.
     ///
     /// # Errors
-    /// [`SystemError::NotWellPosed`] when `I - Dtt Theta` is singular.
+    /// Returns [`SystemError::NotWellPosed`] if `I - Dtt Theta` is singular.
     pub fn frozen(&self, channels: &[usize], theta: &[f64]) -> Result<Self, SystemError> {
         let closing = closing(channels, &self.block(T, T), theta)?;
         let mut out = self.resized(T, 0);
@@ -358,8 +360,8 @@ impl Partitioned {
         Ok(out)
     }
 
-    /// The star product of a plant (rows x, t, z, y; columns x, t, w, u) and a controller with inputs y and outputs u.
-    /// The plant's states and channels come first. The direct path from u to y is taken as zero.
+    /// Returns the star product of a plant (rows x, t, z, y; columns x, t, w, u) and a controller with inputs y and
+    /// outputs u. The plant's states and channels come first. The direct path from u to y is taken as zero.
     ///
     /// ```text
     /// u = [Duy C2, Cu | Duy D2t, Dut | Duy D21] (x, xk | wt, wk | w)
@@ -384,7 +386,7 @@ impl Partitioned {
         out
     }
 
-    /// The system from some inputs to some outputs; the parameter channels stay open unless they are among them.
+    /// Returns the system from some inputs to some outputs; the parameter channels stay open unless they are included.
     pub fn state_space(&self, outputs: &[Group], inputs: &[Group]) -> StateSpace {
         StateSpace {
             a: self.block(X, X),
@@ -395,7 +397,7 @@ impl Partitioned {
     }
 }
 
-/// Gives a type with the field `parts` a method for each block: name, row, column.
+/// Implements for a type with the field `parts` a method for each block: name, row, column.
 macro_rules! named_blocks {
     ($of:ty: $($block:ident $row:ident $column:ident),* $(,)?) => {
         impl $of {
@@ -416,7 +418,7 @@ mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
-    /// Entry (i, j) is 10 i + j, both from 1.
+    /// Returns the matrix whose entry (i, j) is 10 i + j, both from 1.
     fn counted(sizes: Sizes) -> Partitioned {
         let zeros = Partitioned::zeros(PLANT, sizes);
         let (rows, columns) = zeros.matrix.shape();
@@ -427,7 +429,7 @@ mod tests {
     const SIZES: Sizes = Sizes { x: 1, t: 2, w: 1, u: 1, z: 1, y: 1 };
 
     #[test]
-    fn blocks_are_where_their_names_say() {
+    fn blocks_are_at_the_positions_of_their_names() {
         let p = counted(SIZES);
         assert_eq!(p.named("Dtt"), Some(dmatrix![22.0, 23.0; 32.0, 33.0]));
         assert_eq!(p.named("D12"), Some(dmatrix![45.0]));
@@ -440,7 +442,7 @@ mod tests {
     }
 
     #[test]
-    fn a_block_that_does_not_fit_is_named() {
+    fn a_block_of_the_wrong_shape_is_reported() {
         let blocks = [(X, X, Mat::zeros(2, 2)), (X, W, Mat::zeros(2, 1)), (Z, W, Mat::zeros(1, 2))];
         let wrong = Partitioned::new(PLANT, &blocks).unwrap_err();
         assert_eq!(wrong, SystemError::Shape { name: "D11", found: (1, 2), expected: (1, 1) });
@@ -449,7 +451,7 @@ mod tests {
     }
 
     #[test]
-    fn sizes_change_and_blocks_stay() {
+    fn resizing_keeps_the_blocks() {
         let p = counted(SIZES);
         let wide = p.resized(T, 3);
         assert_eq!(wide.block(T, X), dmatrix![21.0; 31.0; 0.0]);

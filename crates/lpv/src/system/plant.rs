@@ -6,7 +6,7 @@ use crate::system::{
     Group, LOOP, NamedBlock, PLANT, Partitioned, Sizes, StateSpace, evenly_spread, named_blocks,
 };
 
-/// The parameter of each channel of `Theta = blkdiag(theta_i I_ri)` for repetitions `[r_1, r_2, ...]`.
+/// Returns the parameter of each channel of `Theta = blkdiag(theta_i I_ri)` for repetitions `[r_1, r_2, ...]`.
 pub fn channels(blocks: &[usize]) -> Vec<usize> {
     blocks.iter().enumerate().flat_map(|(i, &r)| std::iter::repeat_n(i, r)).collect()
 }
@@ -33,16 +33,17 @@ named_blocks!(GeneralisedPlant: a X X, bt X T, b1 X W, b2 X U, ct T X, dtt T T, 
     c1 Z X, d1t Z T, d11 Z W, d12 Z U, c2 Y X, d2t Y T, d21 Y W);
 
 impl GeneralisedPlant {
-    /// A plant from blocks with their rows and columns; blocks left out are zero.
+    /// Builds a plant from blocks with their rows and columns; blocks left out are zero.
     ///
     /// # Errors
-    /// The first block whose shape does not fit, or a wrong sum of the repetitions.
+    /// Returns [`SystemError::Shape`] for the first block whose shape does not fit, or for a wrong sum of the
+    /// repetitions.
     pub fn new(blocks: Vec<usize>, parts: &[NamedBlock]) -> Result<Self, SystemError> {
         Ok(Self { parts: Partitioned::new(PLANT, parts)?.with_channels(&blocks)?, blocks })
     }
 
-    /// The plant of a system from `[wt; w; u]` to `[zt; z; y]`, without the direct path from u to y, and that, D22
-    /// (y x u).
+    /// Returns the plant of a system from `[wt; w; u]` to `[zt; z; y]`, without the direct path from u to y, and that
+    /// path D22 (y x u).
     ///
     /// # Panics
     /// If the sizes are not those of the system.
@@ -54,7 +55,7 @@ impl GeneralisedPlant {
         (Self { parts, blocks }, d22)
     }
 
-    /// The sizes of the groups.
+    /// Returns the sizes of the groups.
     pub fn sizes(&self) -> Sizes {
         self.parts.sizes()
     }
@@ -62,40 +63,40 @@ impl GeneralisedPlant {
     /// Checks that the repetitions add up to the channels.
     ///
     /// # Errors
-    /// [`SystemError`] if they do not.
+    /// Returns [`SystemError`] if they do not.
     pub fn check(&self) -> Result<(), SystemError> {
         self.parts.check_channels(&self.blocks)
     }
 
-    /// The plant at a frozen parameter value: the same partition without parameter channels. A direct path from u to y
-    /// through the channels is left out.
+    /// Returns the plant at a frozen parameter value: the same partition without parameter channels. A direct path from
+    /// u to y through the channels is left out.
     ///
     /// # Errors
-    /// [`SystemError::NotWellPosed`] when `I - Dtt Theta` is singular.
+    /// Returns [`SystemError::NotWellPosed`] if `I - Dtt Theta` is singular.
     pub fn frozen(&self, theta: &[f64]) -> Result<Self, SystemError> {
         let mut parts = self.parts.frozen(&channels(&self.blocks), theta)?;
         parts.block_mut(Group::Y, Group::U).fill(0.0);
         Ok(Self { parts, blocks: vec![] })
     }
 
-    /// The transposed plant; its primal inequality is the dual one of this plant. w and z, u and y are exchanged: `A',
-    /// Ct', C1', C2'` for `A, Bt, B1, B2`.
+    /// Returns the transposed plant; its primal inequality is the dual one of this plant. w and z, u and y are
+    /// exchanged: `A', Ct', C1', C2'` for `A, Bt, B1, B2`.
     pub fn dual(&self) -> Self {
         self.changed(Partitioned::dual)
     }
 
-    /// The plant with w and z in units in which a gain of `gamma` is 1. The inequalities have the same X, Y and
+    /// Returns the plant with w and z in units in which a gain of `gamma` is 1. The inequalities have the same X, Y and
     /// scalings.
     pub(crate) fn in_units_of(&self, gamma: f64) -> Self {
         self.changed(|parts| parts.in_units_of(gamma))
     }
 
-    /// The plant with another matrix in the same channels.
+    /// Returns the plant with another matrix in the same channels.
     pub(crate) fn changed(&self, change: impl FnOnce(&Partitioned) -> Partitioned) -> Self {
         Self { parts: change(&self.parts), blocks: self.blocks.clone() }
     }
 
-    /// The plant as a loop without control, u = 0.
+    /// Returns the plant as a loop without control, u = 0.
     pub fn open(&self) -> ClosedLoop {
         ClosedLoop { parts: self.parts.cut(LOOP), channels: channels(&self.blocks) }
     }
@@ -113,25 +114,26 @@ pub struct ClosedLoop {
 named_blocks!(ClosedLoop: a X X, bt X T, b1 X W, ct T X, dtt T T, dt1 T W, c1 Z X, d1t Z T, d11 Z W);
 
 impl ClosedLoop {
-    /// The loop in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`, each given with its inverse.
+    /// Returns the loop in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`, each given with its inverse.
     pub fn in_coordinates(&self, state: (&Mat, &Mat), channel: (&Mat, &Mat)) -> Self {
         Self { parts: self.parts.in_coordinates(state, channel), channels: self.channels.clone() }
     }
 
-    /// The loop with w and z in units in which a gain of `gamma` is 1. The inequalities have the same X and scalings.
+    /// Returns the loop with w and z in units in which a gain of `gamma` is 1. The inequalities have the same X and
+    /// scalings.
     pub(crate) fn in_units_of(&self, gamma: f64) -> Self {
         Self { parts: self.parts.in_units_of(gamma), channels: self.channels.clone() }
     }
 
-    /// The loop from w to z at a frozen parameter value.
+    /// Returns the loop from w to z at a frozen parameter value.
     ///
     /// # Errors
-    /// [`SystemError::NotWellPosed`] when `I - Dtt Theta` is singular.
+    /// Returns [`SystemError::NotWellPosed`] if `I - Dtt Theta` is singular.
     pub fn frozen(&self, theta: &[f64]) -> Result<StateSpace, SystemError> {
         Ok(self.parts.frozen(&self.channels, theta)?.state_space(&[Group::Z], &[Group::W]))
     }
 
-    /// The loop of one parameter at `count` values, evenly spaced over [-1, 1], at least two.
+    /// Returns the loop of one parameter at `count` values, evenly spaced over [-1, 1], at least two.
     pub fn sampled(&self, count: usize) -> Result<Vec<(f64, StateSpace)>, SystemError> {
         evenly_spread(count).map(|theta| Ok((theta, self.frozen(&[theta])?))).collect()
     }

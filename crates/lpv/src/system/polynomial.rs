@@ -22,13 +22,13 @@ pub struct FitResidual {
 }
 
 impl MatrixPolynomial {
-    /// Least squares over the samples `(rho_i, M_i)`, entry by entry.
+    /// Fits the samples `(rho_i, M_i)` by least squares, entry by entry.
     ///
     /// The Vandermonde matrix is solved by its SVD, not by the normal equations; the caller has normalised the
     /// parameter to [-1, 1].
     ///
     /// # Errors
-    /// Fewer distinct samples than coefficients, or samples of different shapes.
+    /// Returns an error for fewer distinct samples than coefficients, or samples of different shapes.
     pub fn fit(samples: &[(f64, Mat)], order: usize) -> Result<Self, SystemError> {
         let shape = Self::determined(samples, order)?;
         let vandermonde = Mat::from_fn(samples.len(), order + 1, |i, k| samples[i].0.powi(k as i32));
@@ -41,7 +41,7 @@ impl MatrixPolynomial {
         Ok(Self { coefficients })
     }
 
-    /// The shape of the samples, if there are enough for `order + 1` coefficients.
+    /// Returns the shape of the samples, if there are enough for `order + 1` coefficients.
     pub(crate) fn determined(samples: &[(f64, Mat)], order: usize) -> Result<(usize, usize), SystemError> {
         let shape = samples.first().map(|(_, m)| m.shape()).ok_or(SystemError::NoSamples)?;
         if let Some((rho, other)) = samples.iter().find(|(_, m)| m.shape() != shape) {
@@ -56,19 +56,19 @@ impl MatrixPolynomial {
         Ok(shape)
     }
 
-    /// The order: one less than the number of coefficients.
+    /// Returns the order: one less than the number of coefficients.
     pub fn order(&self) -> usize {
         self.coefficients.len() - 1
     }
 
-    /// `M(rho)`, by Horner's rule. p x m.
+    /// Returns `M(rho)`, by Horner's rule. p x m.
     pub fn evaluate(&self, rho: f64) -> Mat {
         let mut terms = self.coefficients.iter().rev();
         let Some(highest) = terms.next() else { return Mat::zeros(0, 0) };
         terms.fold(highest.clone(), |sum, m| sum * rho + m)
     }
 
-    /// The residual against samples, not necessarily those of the fit.
+    /// Returns the residual against samples, not necessarily those of the fit.
     pub fn residual(&self, samples: &[(f64, Mat)]) -> FitResidual {
         let (rows, cols) = self.coefficients[0].shape();
         let mut largest = Mat::zeros(rows, cols);
@@ -92,7 +92,7 @@ mod tests {
     use nalgebra::dmatrix;
 
     #[test]
-    fn exact_polynomial_comes_back() {
+    fn an_exact_polynomial_is_recovered() {
         let truth = MatrixPolynomial {
             coefficients: vec![
                 dmatrix![1.0, 2.0; 3.0, 4.0],
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn two_samples_do_not_make_a_parabola() {
+    fn two_samples_do_not_determine_a_parabola() {
         let samples = vec![(0.0, dmatrix![1.0]), (1.0, dmatrix![2.0]), (1.0, dmatrix![2.0])];
         assert_eq!(
             MatrixPolynomial::fit(&samples, 2),

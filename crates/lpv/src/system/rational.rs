@@ -11,7 +11,7 @@ use crate::system::MatrixPolynomial;
 /// `M(rho) = N(rho)/d(rho)`, `d(rho) = 1 + d_1 rho + ... + d_q rho^q`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MatrixRational {
-    /// N.
+    /// The numerator N.
     pub numerator: MatrixPolynomial,
     /// `d_1, ..., d_q`; none for a polynomial.
     pub denominator: Vec<f64>,
@@ -20,23 +20,24 @@ pub struct MatrixRational {
 /// Number of reweightings: far more than needed for convergence.
 const ITERATIONS: usize = 20;
 
-/// Singular values of the equations below this fraction of the largest are taken as zero.
+/// The fraction of the largest below which singular values of the equations are taken as zero.
 const RANK_TOLERANCE: f64 = 1e-13;
 
 impl MatrixRational {
-    /// Least squares over the samples `(rho_i, M_i)` with a numerator of degree `order` and a denominator of degree
-    /// `poles`, at most `order`: the coefficients that minimise
+    /// Fits the samples `(rho_i, M_i)` by least squares with a numerator of degree `order` and a denominator of degree
+    /// `poles`, at most `order`: the coefficients minimise
     ///
     /// ```text
     /// sum_i |N(rho_i) - d(rho_i) M_i|^2 / e(rho_i)^2
     /// ```
     ///
-    /// where e is the denominator of the previous iteration, at first 1. The parameter should be normalised to \[-1,
+    /// where e is the denominator of the previous iteration, initially 1. The parameter should be normalised to \[-1,
     /// 1\], and entries scaled to comparable size. The result is the iterate with the least error at the samples; the
-    /// caller checks where its poles are.
+    /// caller checks the location of its poles.
     ///
     /// # Errors
-    /// Fewer distinct samples than coefficients of an entry and the denominator, or samples of different shapes.
+    /// Returns an error for fewer distinct samples than coefficients of an entry and the denominator, or samples of
+    /// different shapes.
     pub fn fit(samples: &[(f64, Mat)], order: usize, poles: usize) -> Result<Self, SystemError> {
         debug_assert!(poles <= order);
         let polynomial = MatrixPolynomial::fit(samples, order)?;
@@ -61,7 +62,7 @@ impl MatrixRational {
         Ok(best.1)
     }
 
-    /// The linear least squares of one iteration; the unknowns are the entries of N, power by power, then d.
+    /// Solves the linear least squares of one iteration; the unknowns are the entries of N, power by power, then d.
     fn weighted(
         samples: &[(f64, Mat)],
         weights: &[f64],
@@ -91,17 +92,17 @@ impl MatrixRational {
         }
     }
 
-    /// `d(rho)`.
+    /// Returns `d(rho)`.
     pub fn divisor(&self, rho: f64) -> f64 {
         1.0 + self.denominator.iter().rev().fold(0.0, |sum, d| (sum + d) * rho)
     }
 
-    /// `M(rho)`. p x m.
+    /// Returns `M(rho)`. p x m.
     pub fn evaluate(&self, rho: f64) -> Mat {
         self.numerator.evaluate(rho) / self.divisor(rho)
     }
 
-    /// The first `count` coefficients of the series of M in rho.
+    /// Returns the first `count` coefficients of the series of M in rho.
     pub fn series(&self, count: usize) -> Vec<Mat> {
         let (rows, columns) = self.numerator.coefficients[0].shape();
         let mut all: Vec<Mat> = Vec::with_capacity(count);
@@ -128,7 +129,7 @@ mod tests {
         (0..count).map(|i| (rho(i), truth.evaluate(rho(i)))).collect()
     }
 
-    /// `1/(rho + 1.6)` and a pair of poles at `+-1.5 j`, in two entries.
+    /// Returns `1/(rho + 1.6)` and a pair of poles at `+-1.5 j`, in two entries.
     fn truth() -> MatrixRational {
         let coefficients =
             vec![dmatrix![1.0; 0.3], dmatrix![0.5; -2.0], dmatrix![0.0; 1.0], dmatrix![0.1; 0.7]];
@@ -138,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exact_rational_function_comes_back() {
+    fn an_exact_rational_function_is_recovered() {
         let truth = truth();
         let fit = MatrixRational::fit(&sampled(&truth, 15), 3, 3).unwrap();
         for (found, expected) in fit.denominator.iter().zip(&truth.denominator) {
@@ -150,9 +151,9 @@ mod tests {
         }
     }
 
-    /// On a function outside the class, the weights of Sanathanan and Koerner improve on Levy's step.
+    /// The weights of Sanathanan and Koerner improve on Levy's step for a function outside the class.
     #[test]
-    fn weights_bring_the_fit_nearer() {
+    fn reweighting_reduces_the_error() {
         let far = |m: &MatrixRational, samples: &[(f64, Mat)]| -> f64 {
             samples.iter().map(|(rho, v)| (m.evaluate(*rho) - v).norm_squared()).sum()
         };
@@ -180,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn too_few_samples_are_refused() {
+    fn too_few_samples_are_rejected() {
         let samples = sampled(&truth(), 6);
         let expected = SystemError::TooFewSamples { samples: 6, order: 6 };
         assert_eq!(MatrixRational::fit(&samples, 3, 3), Err(expected));

@@ -16,13 +16,13 @@ use std::ops::Range;
 /// A linear time-invariant system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateSpace {
-    /// n x n.
+    /// State matrix A, n x n.
     pub a: Mat,
-    /// n x m.
+    /// Input matrix B, n x m.
     pub b: Mat,
-    /// p x n.
+    /// Output matrix C, p x n.
     pub c: Mat,
-    /// p x m.
+    /// Direct term D, p x m.
     pub d: Mat,
 }
 
@@ -36,19 +36,19 @@ pub struct HinfNorm {
 }
 
 impl StateSpace {
-    /// The system `y = D u`, without states.
+    /// Returns the system `y = D u`, without states.
     pub fn constant(d: Mat) -> Self {
         let (p, m) = d.shape();
         Self { a: Mat::zeros(0, 0), b: Mat::zeros(0, m), c: Mat::zeros(p, 0), d }
     }
 
-    /// Systems side by side, with inputs and outputs of their own.
+    /// Returns the block-diagonal connection of systems, each with its own inputs and outputs.
     pub fn side_by_side(systems: &[Self]) -> Self {
         let of = |part: fn(&Self) -> &Mat| diagonal_blocks(&systems.iter().map(part).collect::<Vec<_>>());
         Self { a: of(|s| &s.a), b: of(|s| &s.b), c: of(|s| &s.c), d: of(|s| &s.d) }
     }
 
-    /// This system with the outputs of another one as its inputs; the states of that one come first.
+    /// Returns the series connection of `first` and this system; the states of `first` come first.
     #[must_use]
     pub fn after(&self, first: &Self) -> Self {
         let zero = Mat::zeros(first.a.nrows(), self.a.nrows());
@@ -60,13 +60,13 @@ impl StateSpace {
         }
     }
 
-    /// The eigenvalues of A. rad/s.
+    /// Returns the eigenvalues of A, rad/s.
     pub fn poles(&self) -> Vec<Complex<f64>> {
         eigenvalues(&self.a)
     }
 
-    /// The same transfer function without states that are structurally unreachable or unobservable: no path of nonzero
-    /// entries from an input, or to an output.
+    /// Returns the same transfer function without states that are structurally unreachable or unobservable: no path of
+    /// nonzero entries from an input, or to an output.
     #[must_use]
     pub fn without_idle_states(&self) -> Self {
         let n = self.a.nrows();
@@ -94,13 +94,13 @@ impl StateSpace {
         }
     }
 
-    /// Whether every pole has a negative real part.
+    /// Returns `true` if every pole has a negative real part.
     pub fn is_stable(&self) -> bool {
         spectral_abscissa(&self.a) < 0.0
     }
 
-    /// This sampled system in continuous time, by `z = (1 + s)/(1 - s)`: the unit circle becomes the imaginary axis and
-    /// norms are kept. `None` with a mode at -1.
+    /// Converts this sampled system to continuous time by `z = (1 + s)/(1 - s)`: the unit circle becomes the imaginary
+    /// axis and norms are kept. `None` with a mode at -1.
     pub fn from_circle_to_axis(&self) -> Option<Self> {
         let Self { a, b, c, d } = self;
         let one = Mat::identity(a.nrows(), a.nrows());
@@ -108,7 +108,7 @@ impl StateSpace {
         Some(Self { a: &p * (a - one), d: d - c * &p * b, b: &p * b * SQRT_2, c: c * p * SQRT_2 })
     }
 
-    /// This sampled system with its outputs delayed by `ticks` ticks; the states of the delay come last.
+    /// Returns this sampled system with its outputs delayed by `ticks` samples; the states of the delay come last.
     #[must_use]
     pub fn delayed(self, ticks: usize) -> Self {
         let (p, m) = self.d.shape();
@@ -120,7 +120,7 @@ impl StateSpace {
         })
     }
 
-    /// The subsystem from one input to one output.
+    /// Returns the subsystem from one input to one output.
     ///
     /// # Panics
     /// If an index is out of range.
@@ -129,7 +129,7 @@ impl StateSpace {
         self.parts(output..output + 1, input..input + 1)
     }
 
-    /// The subsystem from some inputs to some outputs.
+    /// Returns the subsystem from some inputs to some outputs.
     ///
     /// # Panics
     /// If an index is out of range.
@@ -143,7 +143,7 @@ impl StateSpace {
         }
     }
 
-    /// `C (s I - A)^-1 B + D` at the complex frequency s; `None` at a pole. p x m.
+    /// Returns `C (s I - A)^-1 B + D` at the complex frequency s; `None` at a pole. p x m.
     pub fn response(&self, s: Complex<f64>) -> Option<DMatrix<Complex<f64>>> {
         let n = self.a.nrows();
         let complex = |m: &Mat| m.map(|v| Complex::new(v, 0.0));
@@ -155,24 +155,24 @@ impl StateSpace {
         Some(complex(&self.c) * inner + complex(&self.d))
     }
 
-    /// The largest singular value of the response at frequency omega (rad/s); infinity at a pole.
+    /// Returns the largest singular value of the response at frequency omega (rad/s); infinity at a pole.
     pub fn gain_at(&self, omega: f64) -> f64 {
         self.response(Complex::new(0.0, omega)).map_or(f64::INFINITY, |g| largest_complex_singular_value(&g))
     }
 
-    /// The H-infinity norm to a relative accuracy of 1e-9; infinite for an unstable system. For the source see the top
-    /// of this file.
+    /// Returns the H-infinity norm to a relative accuracy of 1e-9; infinite for an unstable system. Source: see the
+    /// module.
     pub fn hinf_norm(&self) -> HinfNorm {
         // One of two conjugate poles.
         self.peak_from(|poles| poles.iter().filter(|pole| pole.im >= 0.0).map(|pole| pole.norm()).collect())
     }
 
-    /// The H-infinity norm, searched from the peak frequency (rad/s) of a similar system.
+    /// Returns the H-infinity norm, searched from the peak frequency (rad/s) of a similar system.
     pub(crate) fn hinf_norm_near(&self, frequency: f64) -> HinfNorm {
         self.peak_from(|_| vec![frequency])
     }
 
-    /// The H-infinity norm, searched from the frequencies (rad/s) that `start` makes of the poles.
+    /// Returns the H-infinity norm, searched from the frequencies (rad/s) that `start` derives from the poles.
     fn peak_from(&self, start: impl Fn(&[Complex<f64>]) -> Vec<f64>) -> HinfNorm {
         let poles = self.poles();
         if !poles.iter().all(|pole| pole.re < 0.0) {
@@ -212,8 +212,8 @@ impl StateSpace {
         best
     }
 
-    /// The output and the input (from 1) that dominate the peak of the response, and its frequency (rad/s). `None` if
-    /// there is no finite peak.
+    /// Returns the output and the input (from 1) that dominate the peak of the response, and its frequency (rad/s).
+    /// `None` if there is no finite peak.
     pub fn dominant_channel(&self) -> Option<(usize, usize, f64)> {
         let omega = self.hinf_norm().frequency;
         let response = if omega.is_finite() {
@@ -232,8 +232,8 @@ impl StateSpace {
         }
     }
 
-    /// Frequencies at which a singular value of the response equals `level`: the imaginary eigenvalues of the
-    /// Hamiltonian matrix. The level must exceed the largest singular value of D.
+    /// Returns the frequencies at which a singular value of the response equals `level`: the imaginary eigenvalues of
+    /// the Hamiltonian matrix. The level must exceed the largest singular value of D.
     fn crossings(&self, level: f64) -> Vec<f64> {
         let (a, b, c, d) = (&self.a, &self.b, &self.c, &self.d);
         let m = b.ncols();
@@ -254,7 +254,7 @@ impl StateSpace {
         frequencies
     }
 
-    /// The same where the level comes so close to the largest singular value of D that the Hamiltonian matrix grows
+    /// Returns the crossings of a level so close to the largest singular value of D that the Hamiltonian matrix grows
     /// without bound: the finite eigenvalues s on the imaginary axis of
     ///
     /// ```text
@@ -263,8 +263,8 @@ impl StateSpace {
     /// [ D'C    B'   D'D - level^2 ]       [ 0  0  0 ]
     /// ```
     ///
-    /// by `s = sigma + 1/mu` from the eigenvalues mu of the shifted inverse, with shifts of the size of the poles. Some
-    /// of what is returned may lie beside the axis.
+    /// computed as `s = sigma + 1/mu` from the eigenvalues mu of the shifted inverse, with shifts of the size of the
+    /// poles. Some of the returned values may lie off the axis.
     fn crossings_near_feedthrough(&self, level: f64, poles: &[Complex<f64>]) -> Vec<f64> {
         let (a, b, c, d) = (&self.a, &self.b, &self.c, &self.d);
         let (n, m) = b.shape();
@@ -290,7 +290,7 @@ impl StateSpace {
     }
 }
 
-/// A level that is closer than this to the largest singular value of D, relative, is near it.
+/// The relative distance from the largest singular value of D within which a level is near it.
 const NEAR: f64 = 1e-4;
 
 #[cfg(test)]
@@ -300,7 +300,7 @@ mod tests {
 
     /// G = 1/(s^2 + 0.2 s + 1): the peak is 1/(2 zeta sqrt(1 - zeta^2)), zeta = 0.1.
     #[test]
-    fn oscillator_peak_in_closed_form() {
+    fn the_oscillator_peak_has_its_closed_form() {
         let g = StateSpace {
             a: dmatrix![0.0, 1.0; -1.0, -0.2],
             b: dmatrix![0.0; 1.0],
@@ -333,9 +333,9 @@ mod tests {
         assert!((norm.frequency - 2.0577).abs() < 1e-3, "{norm:?}");
     }
 
-    /// x1 is driven and seen; nothing drives x2, x3 is seen by nothing, x4 reaches the output through x1.
+    /// x1 is driven and observed, x2 is not driven, x3 is not observed, and x4 reaches the output through x1.
     #[test]
-    fn idle_states_are_left_out() {
+    fn idle_states_are_removed() {
         let g = StateSpace {
             a: dmatrix![-1.0, 0.5, 0.0, 0.7; 0.0, -2.0, 0.0, 0.0; 1.0, 0.0, -3.0, 0.0; 0.0, 0.0, 0.0, -4.0],
             b: dmatrix![1.0, 0.0; 0.0, 0.0; 0.0, 0.0; 0.0, 1.0],
@@ -364,7 +364,7 @@ mod tests {
         assert!(StateSpace { a: dmatrix![-1.0], ..g }.from_circle_to_axis().is_none());
     }
 
-    /// A delay of two ticks multiplies the response by `z^-2`.
+    /// A delay of two samples multiplies the response by `z^-2`.
     #[test]
     fn a_delayed_output_is_a_power_of_z() {
         let g = StateSpace { a: dmatrix![0.9], b: dmatrix![1.0], c: dmatrix![0.1], d: dmatrix![0.3] };
@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn unstable_is_infinite_and_static_is_its_gain() {
+    fn unstable_systems_have_infinite_norm_and_static_ones_their_gain() {
         let unstable = StateSpace { a: dmatrix![1.0], b: dmatrix![1.0], c: dmatrix![1.0], d: dmatrix![0.0] };
         assert_eq!(unstable.hinf_norm().value, f64::INFINITY);
         let gain =

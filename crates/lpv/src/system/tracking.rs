@@ -37,7 +37,7 @@ use crate::system::{
 pub struct MovingTrim {
     /// The tracked output.
     pub output: usize,
-    /// w, rad/s.
+    /// Frequency w, rad/s.
     pub frequency: f64,
     /// `[x0'; u0']` as a function of the parameter, (n + m) x 1, in units of the model per unit of the output.
     pub slope: Lft,
@@ -86,11 +86,11 @@ pub struct TrackingProblem {
     /// A coloured disturbance, such as waves: white noise through a filter with two states, as the LFT of
     /// `[G 0; A_w B_w]`, (n + 2) x 3, with `x_w' = A_w x_w + B_w w` and G x_w added to x'. `None` for none.
     pub coloured: Option<Lft>,
-    /// `None` for a controller that measures the tracking errors only.
+    /// The parts of a controller of two degrees of freedom; `None` if it measures the tracking errors only.
     pub two_degrees: Option<TwoDegrees>,
 }
 
-/// The place of the model in the generalised plant: `[A B1 B2]` of the plant is
+/// Position of the model in the generalised plant: `[A B1 B2]` of the plant is
 ///
 /// ```text
 /// left [A B G x0'; 0 0 0 u0'] right + terms that do not depend on the model
@@ -99,34 +99,33 @@ pub struct TrackingProblem {
 /// at every theta, without G if there is no coloured disturbance, and with `[A B G]` alone if no trim moves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelPlace {
-    /// Into x': the model's rates, and the motion of the inputs' trim into the states of lags and delays. states x
-    /// (n + m), or states x n if no trim moves.
+    /// Left factor, into x': the model's rates, and the motion of the inputs' trim into the states of lags and delays.
+    /// states x (n + m), or states x n if no trim moves.
     pub left: Mat,
-    /// From `[x; w; u]`: the model's states, its inputs, the states of the filter, and as a last row, if the trim
-    /// moves,
-    /// minus its rate. In units of the model.
+    /// Right factor, from `[x; w; u]`: the model's states, its inputs, the states of the filter and, as a last row if
+    /// the trim moves, minus its rate. In units of the model.
     pub right: Mat,
 }
 
 impl TrackingProblem {
-    /// The generalised plant.
+    /// Builds the generalised plant.
     ///
     /// States: the model's; the lags; one per delay; one per W_e; two for the coloured disturbance; those of R, the
-    /// trim, the reference models, the noise and W_u, if any. `w = [r; d; n; noise of the filter]`,
-    /// `z = [W_e e; W_u u]`, y = e or `[R
-    /// r; C x + N n]`, all in units of their scales. With a moving trim, x, u, R r and the measurements are deviations
-    /// from it.
+    /// trim, the reference models, the noise and W_u, if any. `w = [r; d; n; noise of the filter]`, `z = [W_e e; W_u
+    /// u]`, y = e or `[R r; C x + N n]`, all in units of their scales. With a moving trim, x, u, R r and the
+    /// measurements are deviations from it.
     ///
     /// # Errors
-    /// The first part of a wrong size, or the first number that makes a weight improper, unstable or infinite.
+    /// Returns an error for the first part of a wrong size, or the first number that makes a weight improper, unstable
+    /// or infinite.
     pub fn augment(&self) -> Result<GeneralisedPlant, SystemError> {
         Ok(self.assembled()?.0)
     }
 
-    /// The place of the model in the plant of [`TrackingProblem::augment`].
+    /// Returns the position of the model in the plant of [`TrackingProblem::augment`].
     ///
     /// # Errors
-    /// As [`TrackingProblem::augment`].
+    /// Errors of [`TrackingProblem::augment`].
     pub fn place(&self) -> Result<ModelPlace, SystemError> {
         Ok(self.assembled()?.1)
     }
@@ -195,7 +194,7 @@ impl TrackingProblem {
         self.two_degrees.as_ref().and_then(|two| two.trim.as_ref())
     }
 
-    /// The states of lags and delays.
+    /// Adds the states of lags and delays.
     fn actuators(&self, all: &mut Assembly) -> Actuators {
         let m = self.input_scale.len();
         let lagged: Vec<usize> = (0..m).filter(|j| self.lags[*j] > 0.0).collect();
@@ -204,7 +203,7 @@ impl TrackingProblem {
         Actuators { lagged, first_lag, lags, first_delay, delays }
     }
 
-    /// R r.
+    /// Returns R r.
     fn weighted_references(&self, all: &mut Assembly, unit: &Signal) -> Signal {
         let mut r = unit.clone();
         for (i, weight) in self.references.iter().enumerate() {
@@ -213,8 +212,8 @@ impl TrackingProblem {
         r
     }
 
-    /// The references as deviations from the trim, and the rate of the trim in the unit of its output, one row if it
-    /// moves.
+    /// Returns the references as deviations from the trim, and the rate of the trim in the unit of its output, one row
+    /// if it moves.
     fn trim_motion(&self, all: &mut Assembly, r: &Signal) -> (Signal, Signal) {
         let mut references = r.clone();
         let Some(MovingTrim { output, frequency, .. }) = self.trim() else {
@@ -227,7 +226,7 @@ impl TrackingProblem {
         (references, &ahead * (*frequency * self.output_scale[*output]))
     }
 
-    /// The commands after delay and lags.
+    /// Returns the commands after delay and lags.
     fn actuated(&self, all: &mut Assembly, actuators: &Actuators, u: &Signal) -> Signal {
         let mut forces = u.clone();
         if self.delay > 0.0 {
@@ -242,7 +241,7 @@ impl TrackingProblem {
         forces
     }
 
-    /// The tracking errors, against the reference models if there are any.
+    /// Returns the tracking errors, relative to the reference models if there are any.
     fn errors(&self, all: &mut Assembly, r: &Signal, references: &Signal, outputs: &Signal) -> Vec<Signal> {
         let two = self.two_degrees.as_ref();
         let target = |i: usize| match two.and_then(|two| two.models[i]) {
@@ -253,7 +252,7 @@ impl TrackingProblem {
         (0..outputs.nrows()).map(target).enumerate().map(|(i, target)| target - row(outputs, i)).collect()
     }
 
-    /// W_e e, with the states of W_e from `first`.
+    /// Returns W_e e, with the states of W_e from `first`.
     fn weighted_errors(
         &self,
         all: &mut Assembly,
@@ -271,12 +270,12 @@ impl TrackingProblem {
         weighted
     }
 
-    /// The number of states of the delays of m inputs.
+    /// Returns the number of states of the delays of m inputs.
     fn delay_states(&self, m: usize) -> usize {
         if self.delay > 0.0 { m } else { 0 }
     }
 
-    /// The number of states.
+    /// Returns the number of states.
     fn states(&self, n: usize) -> usize {
         let lags = self.lags.iter().filter(|lag| **lag > 0.0).count();
         let weights = self.control.iter().filter(|weight| weight.rises()).count();
@@ -300,8 +299,8 @@ impl TrackingProblem {
             + weights
     }
 
-    /// The model augmented by the coloured disturbance, and by the slope of the trim if that moves:
-    /// `[A B G 0 x0'; 0 0 0 0 u0'; 0 0 A_w B_w 0]`.
+    /// Returns the model augmented by the coloured disturbance, and by the slope of the trim if that moves: `[A B G 0
+    /// x0'; 0 0 0 0 u0'; 0 0 A_w B_w 0]`.
     fn augmented_model(&self, n: usize, m: usize) -> Lft {
         let trim = self.trim();
         let moved = trim.map_or(0, |_| m);
@@ -328,7 +327,7 @@ impl TrackingProblem {
         }
     }
 
-    /// Refuses the first number, in the order of the fields, that is not allowed.
+    /// Rejects the first number, in the order of the fields, that is not allowed.
     fn check_numbers(&self) -> Result<(), SystemError> {
         let positive = |name, v: f64| (name, v, invertible(v), "above 0 and finite");
         let not_negative = |name, v: f64| (name, v, v == 0.0 || invertible(v), "0 or more, and finite");
@@ -425,7 +424,7 @@ struct Actuators {
 }
 
 impl Actuators {
-    /// Each state with its input.
+    /// Returns each state with its input.
     fn states(&self) -> impl Iterator<Item = (usize, usize)> {
         let lags = self.lagged.iter().enumerate().map(|(i, j)| (self.first_lag + i, *j));
         lags.chain((0..self.delays.nrows()).map(|j| (self.first_delay + j, j)))
@@ -436,7 +435,7 @@ fn row(s: &Signal, i: usize) -> Signal {
     s.rows(i, 1).into_owned()
 }
 
-/// C x + N n.
+/// Returns C x + N n.
 fn noisy_measurements(all: &mut Assembly, two: &TwoDegrees, x: &Signal, noise: &Signal) -> Signal {
     let mut measured = &two.measured * x;
     for (i, weight) in two.noise.iter().enumerate() {
@@ -454,7 +453,7 @@ mod tests {
     use crate::system::polynomial::MatrixPolynomial;
     use nalgebra::{Complex, dmatrix};
 
-    /// A model with one state, one input and no parameter.
+    /// Returns a model with one state, one input and no parameter.
     fn problem() -> TrackingProblem {
         let none = |rows, columns| Mat::zeros(rows, columns);
         TrackingProblem {
@@ -480,10 +479,10 @@ mod tests {
     }
 
     #[test]
-    fn a_weight_that_is_not_proper_is_refused_by_name() {
+    fn an_improper_weight_is_rejected_by_name() {
         assert!(problem().augment().is_ok());
         type Spoil = fn(&mut TrackingProblem);
-        let spoilt: [(Spoil, &str); 10] = [
+        let cases: [(Spoil, &str); 10] = [
             (
                 |p| p.references[0].follow = 0.5,
                 "the weight of slow references 1 is 0.5; it must be 1 or more",
@@ -504,16 +503,16 @@ mod tests {
                 "W_u of input 1 is 0.5; it must be finite, no less at high frequency",
             ),
         ];
-        for (spoil, words) in spoilt {
+        for (spoil, expected) in cases {
             let mut problem = problem();
             spoil(&mut problem);
             let message = problem.augment().unwrap_err().to_string();
-            assert!(message.starts_with(words), "{message}");
+            assert!(message.starts_with(expected), "{message}");
         }
     }
 
-    /// x' = -x + force with a lag of 0.5 s, a delay of 0.2 s, a reference model and rising noise: the open plant
-    /// against its transfer functions.
+    /// The open plant of `x' = -x + force` with a lag of 0.5 s, a delay of 0.2 s, a reference model and rising noise
+    /// has the responses of its transfer functions.
     #[test]
     fn two_degrees_of_freedom_have_their_transfer_functions() {
         let noise = RisingWeight { low: 0.01, high: 2.0, corner: 3.0 };
@@ -618,9 +617,9 @@ mod tests {
         let followed = with(model(0.9, None)).augment().unwrap();
         for (frequency, damping) in [(0.9, Some(0.9)), (0.8, None)] {
             let message = with(model(frequency, damping)).augment().unwrap_err().to_string();
-            let words =
+            let expected =
                 format!("the reference model, by its frequency, of output 1 is {frequency}; it must be");
-            assert!(message.starts_with(&words), "{message}");
+            assert!(message.starts_with(&expected), "{message}");
         }
         // Without a model the error is that of the reference itself: larger by `(1 - 0.9/(s + 0.9)) r`.
         let itself = with(None).augment().unwrap();

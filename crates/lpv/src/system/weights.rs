@@ -19,7 +19,7 @@ pub struct TrackingWeight {
 }
 
 impl TrackingWeight {
-    /// The checks of the numbers: name, value, whether it is allowed, allowed values.
+    /// Returns the checks of the numbers: name, value, `true` if it is allowed, allowed values.
     pub(super) fn checks(&self) -> [(&'static str, f64, bool, &'static str); 3] {
         let within = (0.0..=self.peak).contains(&self.steady_error);
         [
@@ -34,7 +34,7 @@ impl TrackingWeight {
         ]
     }
 
-    /// `[pole, gain, direct]` of `x' = pole x + gain e, z = gain x + direct e`.
+    /// Returns `[pole, gain, direct]` of `x' = pole x + gain e, z = gain x + direct e`.
     pub(super) fn realise(&self) -> [f64; 3] {
         let direct = 1.0 / self.peak;
         let residue = self.bandwidth * (1.0 - self.steady_error / self.peak);
@@ -45,21 +45,21 @@ impl TrackingWeight {
 /// A weight that rises with frequency: `W(s) = low + (high - low) s/(s + corner)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RisingWeight {
-    /// Its gain at frequency 0.
+    /// Gain at frequency 0.
     pub low: f64,
-    /// Its gain at high frequency, at least `low`.
+    /// Gain at high frequency, at least `low`.
     pub high: f64,
     /// Corner frequency, rad/s.
     pub corner: f64,
 }
 
 impl RisingWeight {
-    /// A weight that is the same at every frequency.
+    /// Returns a weight that is the same at every frequency.
     pub fn constant(value: f64) -> Self {
         Self { low: value, high: value, corner: 1.0 }
     }
 
-    /// `|W(j omega)|`; omega in rad/s.
+    /// Returns `|W(j omega)|`; omega in rad/s.
     pub fn gain(&self, omega: f64) -> f64 {
         let s = Complex::new(0.0, omega);
         (s / (s + self.corner) * (self.high - self.low) + self.low).norm()
@@ -89,7 +89,7 @@ pub struct ReferenceWeight {
 }
 
 impl ReferenceWeight {
-    /// `R(j omega)`; omega in rad/s.
+    /// Returns `R(j omega)`; omega in rad/s.
     pub fn response(&self, omega: f64) -> Complex<f64> {
         let s = Complex::new(0.0, omega);
         (s + self.follow * self.corner) / (s + self.corner)
@@ -99,21 +99,21 @@ impl ReferenceWeight {
 /// The model that a tracked output must follow: `w^2/(s^2 + 2 zeta w s + w^2)`, or `w/(s + w)` without damping.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceModel {
-    /// w, rad/s.
+    /// Frequency w, rad/s.
     pub frequency: f64,
-    /// zeta.
+    /// Damping ratio zeta.
     pub damping: Option<f64>,
 }
 
 impl ReferenceModel {
-    /// The time by which the output of the model lags behind a ramp, s.
+    /// Returns the time by which the output of the model lags behind a ramp, s.
     pub fn lag(&self) -> f64 {
         self.damping.map_or(1.0, |damping| 2.0 * damping) / self.frequency
     }
 }
 
 impl ReferenceModel {
-    /// `T_ref(j omega)`; omega in rad/s.
+    /// Returns `T_ref(j omega)`; omega in rad/s.
     pub fn response(&self, omega: f64) -> Complex<f64> {
         let s = Complex::new(0.0, omega / self.frequency);
         match self.damping {
@@ -123,7 +123,7 @@ impl ReferenceModel {
     }
 }
 
-/// Finite, above 0, and with a finite inverse.
+/// Returns `true` if `v` is finite, above 0, and has a finite inverse.
 pub(super) fn invertible(v: f64) -> bool {
     v > 0.0 && v.is_finite() && v.recip().is_finite()
 }
@@ -135,7 +135,7 @@ mod tests {
     use nalgebra::dmatrix;
 
     #[test]
-    fn weight_has_the_printed_form() {
+    fn the_weight_has_the_published_form() {
         let w = TrackingWeight { peak: 2.0, steady_error: 0.01, bandwidth: 0.46 };
         let [pole, gain, direct] = w.realise();
         let system =

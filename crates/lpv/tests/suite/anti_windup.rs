@@ -12,9 +12,9 @@ const CONTROLLABLE: f64 = 51.975;
 /// The rate of the controller below, 1/s.
 const FAST: f64 = 1e3;
 
-/// An unstable plant with limits of 1 and a controller of second order: Y. Y. Cao, Z. Lin, D. G. Ward, "An antiwindup
-/// approach to enlarging domain of attraction for linear systems subject to actuator saturation", IEEE Trans. Automatic
-/// Control 47(1), 2002. The region is a disc of the plant's states.
+/// Returns an unstable plant with limits of 1 and a controller of second order: Y. Y. Cao, Z. Lin, D. G. Ward, "An
+/// antiwindup approach to enlarging domain of attraction for linear systems subject to actuator saturation", IEEE
+/// Trans. Automatic Control 47(1), 2002. The region is a disc of the plant's states.
 fn example() -> LimitedLoop {
     let b = dmatrix![5.0, 0.0; 0.0, 1.0; 0.0, 0.0; 0.0, 0.0];
     let k = dmatrix![0.0, 0.0, 0.146, 0.088; 0.0, 0.0, -6.821, -5.67];
@@ -28,7 +28,7 @@ fn example() -> LimitedLoop {
     LimitedLoop { a: open + &b * &k, b, c: region.transpose(), k, limits: vec![1.0; 2], region }
 }
 
-/// Whether the loop converges from a state.
+/// Returns `true` if the loop converges from a state.
 fn settles(each: &LimitedLoop, gain: &DMatrix<f64>, from: DVector<f64>) -> bool {
     let LimitedLoop { a, b, k, limits, .. } = each;
     let n = a.nrows();
@@ -51,7 +51,7 @@ fn settles(each: &LimitedLoop, gain: &DMatrix<f64>, from: DVector<f64>) -> bool 
 }
 
 #[test]
-fn the_published_disc_is_reached_and_what_cannot_be_controlled_is_not_claimed() {
+fn the_region_contains_the_published_disc_and_no_uncontrollable_state() {
     let each = example();
     let none = DMatrix::zeros(2, 2);
     let without = anti_windup(std::slice::from_ref(&each), 2, FAST, Aim::RegionOf(&none)).unwrap();
@@ -70,7 +70,7 @@ fn the_published_disc_is_reached_and_what_cannot_be_controlled_is_not_claimed() 
     assert!(!settles(&each, &with.gain, DVector::from_vec(vec![52.2, 0.0, 0.0, 0.0])));
 }
 
-/// Two loops side by side, each an integrating controller of a plant of first order.
+/// Returns two uncoupled loops, each an integrating controller of a plant of first order.
 fn two_axes() -> LimitedLoop {
     let (zero, one) = (0.0, 1.0);
     // States [x1, x2, k1, k2]: x' = -p x + u, k' = -x, u = g k - x.
@@ -89,7 +89,7 @@ fn two_axes() -> LimitedLoop {
 
 /// A command beyond its limit does not move the integral of the other axis.
 #[test]
-fn loops_side_by_side_are_not_coupled() {
+fn independent_loops_are_not_coupled() {
     let loops = [two_axes()];
     let least = anti_windup(&loops, 2, FAST, Aim::Recovery).unwrap().gamma;
     let found = smallest_gains(&loops, 2, FAST, &[0.05, 0.01]).unwrap();
@@ -101,10 +101,10 @@ fn loops_side_by_side_are_not_coupled() {
     assert!(found[0].gain.abs().sum() < found[1].gain.abs().sum());
 }
 
-/// The gain of following is in any coordinates of the state the same, brings the command to what is applied, and leaves
-/// the rest of the state stable.
+/// The following gain does not depend on the coordinates of the state, brings the command to the applied one, and
+/// leaves the rest of the state stable.
 #[test]
-fn a_controller_follows_in_any_coordinates() {
+fn the_following_gain_does_not_depend_on_coordinates() {
     let tick = 0.02;
     let k = StateSpace {
         a: dmatrix![-0.001, 0.0, 0.3; 0.0, -4.0, 1.0; 0.0, -2.0, -9.0],
@@ -125,7 +125,7 @@ fn a_controller_follows_in_any_coordinates() {
     let moved = StateSpace { a: &t * &k.a * &back, b: &t * &k.b, c: &k.c * &back, d: k.d.clone() };
     let other = following_gain(&moved, tick).unwrap();
     assert!((other - t * &gain).norm() < 1e-6 * gain.norm());
-    // A command that no state moves cannot be brought anywhere.
+    // No gain exists if no state affects the command.
     assert!(following_gain(&StateSpace { b: Mat::zeros(3, 2), ..k }, tick).is_none());
 }
 

@@ -13,7 +13,7 @@ use squid_lpv::plant::{ClosedLoop, GeneralisedPlant};
 use squid_lpv::rate::{RateOptions, rate_bounded_gain, rate_bounded_stability};
 use squid_lpv::synthesis::{Options, synthesise as synthesise_fast};
 
-/// `x'' + 0.2 x' + (1 + k theta) x = w`, z = x, as a loop without control: wt = theta x.
+/// Returns `x'' + 0.2 x' + (1 + k theta) x = w`, z = x, as a loop without control: wt = theta x.
 fn oscillator(k: f64) -> ClosedLoop {
     use Group::{T, W, X, Z};
     let blocks = [
@@ -26,8 +26,8 @@ fn oscillator(k: f64) -> ClosedLoop {
     GeneralisedPlant::new(vec![1], &blocks).unwrap().open()
 }
 
-/// The inequality of the loop, at many values of theta and both signs of the rate, written independently: without N and
-/// intervals.
+/// Checks the inequality of the loop, at many values of theta and both signs of the rate, written independently:
+/// without N and intervals.
 fn assert_holds(closed: &ClosedLoop, bound: &SlowBound) {
     for i in 0..=64 {
         let theta = f64::from(i) / 32.0 - 1.0;
@@ -61,8 +61,8 @@ fn assert_holds(closed: &ClosedLoop, bound: &SlowBound) {
     }
 }
 
-/// Published: stable for every trajectory up to k = 0.199 (circle criterion), frozen up to 1. Between them the rate
-/// decides, and a result at samples also holds between them.
+/// Published: stable for every trajectory up to k = 0.199 (circle criterion), frozen up to 1. Between them stability
+/// depends on the rate, and a result at samples also holds between them.
 #[test]
 fn an_oscillator_beyond_the_circle_criterion_is_bounded_at_a_bounded_rate() {
     let case = common::case("lpv10_oscillator_quadratic");
@@ -83,7 +83,7 @@ fn an_oscillator_beyond_the_circle_criterion_is_bounded_at_a_bounded_rate() {
     let bound = intervals(claim(1.02 * found.gamma)).unwrap();
     println!("k = {k:.4}: gain {:.3} in {} intervals", bound.gamma, bound.multipliers.len());
     assert_holds(&closed, &bound);
-    // A gain below that of a frozen loop is never proved.
+    // No gain below that of a frozen loop is proved.
     let frozen = samples.iter().map(|(_, s)| s.hinf_norm().value).fold(0.0, f64::max);
     assert!(frozen < bound.gamma);
     assert_eq!(intervals(claim(0.99 * frozen)), None);
@@ -92,7 +92,7 @@ fn an_oscillator_beyond_the_circle_criterion_is_bounded_at_a_bounded_rate() {
 /// The oscillator of Shamma and Athans, for which no constant Lyapunov matrix exists: the bound is near the published
 /// ones, holds between all values, is at least the gain of a frozen loop, and grows with the rate.
 #[test]
-fn a_finished_loop_keeps_published_gains_at_every_rate() {
+fn a_given_loop_has_the_published_gains_at_every_rate() {
     let case = common::case("lpv11_shamma_athans");
     let list = |key: &str| -> Vec<f64> { serde_json::from_value(case["expected"][key].clone()).unwrap() };
     let closed = oscillator(0.5);
@@ -123,7 +123,7 @@ fn plant_of(certificate: &str) -> GeneralisedPlant {
 
 /// REMUS 100 with its errors only, whose gamma for every trajectory is far above that at a frozen speed.
 #[test]
-fn a_bounded_rate_brings_gamma_towards_that_of_frozen_speeds() {
+fn a_bounded_rate_reduces_gamma_towards_that_at_frozen_speeds() {
     let plant = plant_of("remus100_bounded_rate");
     let fast = synthesise_fast(&plant, Options::default()).unwrap();
     let frozen = [-1.0, 0.0, 1.0].map(|theta| {
@@ -139,7 +139,7 @@ fn a_bounded_rate_brings_gamma_towards_that_of_frozen_speeds() {
         assert!(gamma > before * (1.0 - 5e-3), "{gamma} after {before}");
         before = gamma;
     }
-    // A prototype in cvxpy, on a finer grid and with Lyapunov matrices of a higher order.
+    // Values of a prototype in cvxpy, on a finer grid and with Lyapunov matrices of a higher order.
     for (found, known) in rates.into_iter().zip([0.939, 0.961, 1.082]) {
         assert!((found / known - 1.0).abs() < 1e-2, "{found}, {known} in the prototype");
     }
@@ -158,7 +158,7 @@ fn a_bounded_rate_brings_gamma_towards_that_of_frozen_speeds() {
 }
 
 #[test]
-fn other_than_one_parameter_is_refused() {
+fn plants_without_exactly_one_parameter_are_rejected() {
     let plant = common::plant(&common::case("lpv05_one_param_lossless"));
     let two = GeneralisedPlant { blocks: vec![1, 1], ..plant };
     let error = synthesise(&two, SlowOptions::at(1.0)).unwrap_err();

@@ -1,4 +1,4 @@
-//! Reads the cases with known answers.
+//! Readers of the cases with known answers.
 
 use serde_json::Value;
 use squid_lpv::matrix::Mat;
@@ -6,19 +6,19 @@ use squid_lpv::partition::{PLANT, names};
 use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::state_space::StateSpace;
 
-/// The case `name` of the repository's `tests/cases`.
+/// Returns the case `name` of the repository's `tests/cases`.
 pub fn case(name: &str) -> Value {
     let path = format!("{}/../../tests/cases/{name}.json", env!("CARGO_MANIFEST_DIR"));
     serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap()
 }
 
-/// A matrix given as a list of rows.
+/// Returns a matrix given as a list of rows.
 pub fn matrix(value: &Value) -> Mat {
     let rows: Vec<Vec<f64>> = serde_json::from_value(value.clone()).unwrap();
     squid_lpv::matrix::from_rows(&rows, rows.first().map_or(0, Vec::len)).unwrap()
 }
 
-/// The plant of a case of kind `lpvsyn-lft` or `hinfsyn`.
+/// Returns the plant of a case of kind `lpvsyn-lft` or `hinfsyn`.
 pub fn plant(case: &Value) -> GeneralisedPlant {
     let data = &case["data"];
     let scheduled = data.get("P").is_some();
@@ -31,7 +31,7 @@ pub fn plant(case: &Value) -> GeneralisedPlant {
     GeneralisedPlant::new(repetitions, &blocks).unwrap()
 }
 
-/// The plant, the controller and the sample time of a case of kind `sampled`.
+/// Returns the plant, the controller and the sample time of a case of kind `sampled`.
 pub fn sampled(case: &Value) -> (GeneralisedPlant, StateSpace, f64) {
     let data = &case["data"];
     let [a, b, c, d] = ["A", "B", "C", "D"].map(|key| matrix(&data["K"][key]));

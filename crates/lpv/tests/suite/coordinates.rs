@@ -1,4 +1,4 @@
-//! The least gamma does not depend on coordinates, units or the unit of time, and slow weights do not spoil it.
+//! Invariance of the least gamma to coordinates, units, the unit of time and slow weights.
 
 use crate::common;
 use nalgebra::dmatrix;
@@ -9,14 +9,14 @@ use squid_lpv::partition::Group::{self, T, U, W, X, Y, Z};
 use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::synthesis::{Options, ScalingClass, is_least, least_gamma, synthesise};
 
-/// One of the plants in a file.
+/// Returns one of the plants in a file.
 fn problem(file: &str, name: &str) -> GeneralisedPlant {
     let problems = common::case(file);
     let one = problems["problems"].as_array().unwrap().iter().find(|p| p["name"] == name).unwrap();
     common::plant(one)
 }
 
-/// The least gamma; `None` if none is shown to be the least, or no controller near it survives rounding.
+/// Returns the least gamma; `None` if none is shown to be the least, or rounding spoils every controller near it.
 fn gamma(plant: &GeneralisedPlant) -> Option<f64> {
     let design = match synthesise(plant, Options::default()) {
         Ok(design) => design,
@@ -36,7 +36,7 @@ fn scaled(plant: &GeneralisedPlant, rows: &[(Group, f64)], columns: &[(Group, f6
     out
 }
 
-/// The plant in the states `T^-1 x`.
+/// Returns the plant in the states `T^-1 x`.
 fn transformed(plant: &GeneralisedPlant, t: &Mat) -> GeneralisedPlant {
     let (inverse, none) = (t.clone().try_inverse().unwrap(), Mat::zeros(0, 0));
     GeneralisedPlant { parts: plant.parts.in_coordinates((t, &inverse), (&none, &none)), blocks: vec![] }
@@ -45,7 +45,8 @@ fn transformed(plant: &GeneralisedPlant, t: &Mat) -> GeneralisedPlant {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
-    /// A rotation, units of the states over six decades, another rotation; units of all signals and of time.
+    /// The coordinates are a rotation, units of the states over six decades, another rotation; units of all signals and
+    /// time.
     #[test]
     fn the_least_gamma_does_not_change(
         which in 0_usize..4,
@@ -67,22 +68,22 @@ proptest! {
             turn.view_mut((i, i), (2, 2)).copy_from(&dmatrix![cos, -sin; sin, cos]);
             q * turn
         });
-        // A pole at 5e6 rad/s with others of order 1 leaves no digits for more.
+        // The plant with a pole at 5e6 rad/s and others of order 1 leaves no digits for more.
         let spread = if which == 1 { 0.2 } else { 1.0 };
         let states = Mat::from_fn(n, n, |i, j| if i == j { 10f64.powf(spread * exponents[i % 8]) } else { 0.0 });
         let [w, u, z, y] = [0, 1, 2, 3].map(|i| 10f64.powf(units[i]));
         let other = transformed(&plant, &(turn(0) * states * turn(3)));
         let other = scaled(&other, &[(Z, z), (Y, y), (X, 10f64.powf(time))], &[(W, w), (U, u)]);
         let (own, found) = (gamma(&plant).unwrap(), gamma(&other).map(|found| found / (w * z)));
-        // If rounding decides, no gamma is called the least, as may happen for the stiff plants.
+        // No gamma is reported as the least if rounding decides, as may happen for the stiff plants.
         prop_assert!(which == 1 || which == 3 || found.is_some());
         prop_assert!(found.is_none_or(|found| (found / own - 1.0).abs() < 1e-3), "{found:?} {own}");
     }
 }
 
-/// Unstable modes that the control barely reaches are controllable; one that it does not reach is not.
+/// Unstable modes that the control hardly affects are controllable; one that it does not affect is not.
 #[test]
-fn only_what_is_out_of_reach_is_called_so() {
+fn only_uncontrollable_modes_are_reported_as_such() {
     let plant = |reach: f64| {
         let blocks = [
             (X, X, dmatrix![0.1, 0.0; 0.0, -1.0]),
@@ -127,10 +128,10 @@ fn equal_oscillators_with_one_input_cannot_be_stabilised() {
     assert!(matches!(error, SynthesisError::NotStabilisable { .. }), "{error}");
 }
 
-/// With the gain below the least one, eigenvalues of the Hamiltonian matrix are on the imaginary axis, for a range of
+/// Eigenvalues of the Hamiltonian matrix are on the imaginary axis with the gain below the least one, for a range of
 /// gains: the matrix sign function must not exist there. EB1 of COMPleib.
 #[test]
-fn no_gamma_below_the_least() {
+fn no_gamma_below_the_least_is_feasible() {
     let found = gamma(&common::plant(&common::case("compleib/compleib_EB1"))).unwrap();
     assert!((found / 3.104077 - 1.0).abs() < 1e-3, "{found}");
 }
@@ -163,10 +164,10 @@ proptest! {
     }
 }
 
-/// A dense plant of 30 states, about half of them unstable: the matrix inequalities took minutes.
+/// A dense plant of 30 states, about half of them unstable, for which the matrix inequalities took minutes.
 #[test]
 #[ignore = "night: a dense plant of thirty states"]
-fn thirty_unstable_states() {
+fn a_plant_of_thirty_states_has_a_controller() {
     let n = 30;
     let entry = |i: usize, j: usize| ((37 * i * i + 101 * j + 7 * i * j + 3) as f64 * 0.618).sin();
     let mat =
@@ -188,10 +189,10 @@ fn thirty_unstable_states() {
     assert!(design.certified.gamma <= 1.1001 * design.gamma_optimum);
 }
 
-/// A double integrator with the damping 1e-3 theta and a static weight of 1e4: frozen at theta = 0 its least gamma is
-/// 1.4857. With time in units of the plant's modes the search ended at 12.7.
+/// The least gamma of a double integrator with the damping 1e-3 theta and a static weight of 1e4, frozen at theta = 0,
+/// is 1.4857. With time in units of the plant's modes the search ended at 12.7.
 #[test]
-fn slow_weights_with_a_parameter() {
+fn slow_weights_do_not_raise_gamma_of_a_plant_with_a_parameter() {
     let blocks = [
         (X, X, dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 0.0; -1.0, 0.0, -1e-4]),
         (X, T, dmatrix![0.0; -1e-3; 0.0]),

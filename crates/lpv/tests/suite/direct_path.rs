@@ -1,4 +1,4 @@
-//! Plants with a direct path from u to y: the loop with it is the loop without it.
+//! Plants with a direct path from u to y: the loop with it equals the loop without it.
 
 use crate::common;
 
@@ -14,8 +14,8 @@ use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::state_space::StateSpace;
 use squid_lpv::synthesis::{Design, Options};
 
-/// The loop of a plant with D22 and a controller by solving all its equations at once for x', xk', z, zt, zk, wt, wk, u
-/// and y.
+/// Returns the loop of a plant with D22 and a controller by solving all its equations at once for x', xk', z, zt, zk,
+/// wt, wk, u and y.
 fn loop_with(p: &GeneralisedPlant, d22: &Mat, k: &Controller, theta: &[f64]) -> Option<StateSpace> {
     let s = p.sizes();
     let (nk, rk) = (k.a().nrows(), k.dtt().nrows());
@@ -84,7 +84,7 @@ prop_compose! {
 
 proptest! {
     #[test]
-    fn the_loop_with_a_direct_path_is_the_loop_without(
+    fn the_loop_with_a_direct_path_equals_the_loop_without(
         plant in random_plant(),
         whole in matrix(2 + 2 + 3, 2 + 2 + 3),
         d22 in matrix(2, 2),
@@ -143,9 +143,9 @@ fn a_direct_path_changes_neither_gamma_nor_bound() {
     }
 }
 
-/// D22 is minus the inverse of the controller's direct path: restored unchanged, it would cause a division by zero.
+/// D22 is minus the inverse of the controller's direct path: the unchanged controller would cause a division by zero.
 #[test]
-fn a_controller_that_a_direct_path_makes_singular_is_changed() {
+fn a_controller_that_is_singular_with_a_direct_path_is_changed() {
     let blocks = [
         (X, X, dmatrix![-1.0, 0.0; 1.0, 0.2]),
         (X, W, dmatrix![1.0, 0.0; 0.0, 0.0]),
@@ -165,7 +165,7 @@ fn a_controller_that_a_direct_path_makes_singular_is_changed() {
     assert_keeps_its_bound(&plant, &d22, &design);
 }
 
-/// The same at one parameter value, on whose two sides `I + Duy D22` has different signs: no small change helps.
+/// `I + Duy D22` is singular at one parameter value and changes its sign there: no small change helps.
 #[test]
 fn a_controller_that_is_singular_within_the_box_gets_lags() {
     let plant = common::plant(&common::case("lpv01_lpvtools_lft_tutorial"));

@@ -6,7 +6,7 @@ use squid_lpv::partition::Group::{X, Z};
 use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::synthesis::{Design, Options, synthesise};
 
-/// The tutorial plant of LPVTools with one more output: a tenth of the plant's, low-pass filtered at `rate`.
+/// Returns the tutorial plant of LPVTools with one more output: a tenth of the plant's, low-pass filtered at `rate`.
 fn with_filter(rate: f64) -> GeneralisedPlant {
     let p = common::plant(&common::case("lpv01_lpvtools_lft_tutorial"));
     let s = p.sizes();
@@ -18,7 +18,7 @@ fn with_filter(rate: f64) -> GeneralisedPlant {
     out
 }
 
-/// The bound is proved for the given plant: by the eigenvalues of its loop, also at three frozen parameters.
+/// Checks that the bound is proved for the given plant by the eigenvalues of its loop, also at three frozen parameters.
 fn assert_bounded(plant: &GeneralisedPlant, design: &Design) {
     assert!(design.certified.largest_eigenvalue < 0.0);
     let closed = plant.close(&design.controller);
@@ -29,7 +29,7 @@ fn assert_bounded(plant: &GeneralisedPlant, design: &Design) {
 }
 
 #[test]
-fn gamma_and_bound_do_not_change_with_a_filter_however_fast() {
+fn gamma_and_bound_do_not_change_with_a_fast_filter() {
     let reference = synthesise(&with_filter(1e5), Options::default()).unwrap();
     for rate in [1e7, 1e8, 1e9, 1e10, 1e11, 1e12] {
         let plant = with_filter(rate);

@@ -40,7 +40,7 @@ fn climb(plant: &GeneralisedPlant) -> Ladder {
 }
 
 #[test]
-fn lpvtools_tutorial() {
+fn the_lpvtools_tutorial_has_its_published_gains() {
     let case = common::case("lpv01_lpvtools_lft_tutorial");
     let (expected, found) = (&case["expected"], climb(&common::plant(&case)));
     let largest = found.frozen_optimum.iter().map(|(_, g)| *g.as_ref().unwrap()).fold(0.0, f64::max);
@@ -54,7 +54,7 @@ fn lpvtools_tutorial() {
 }
 
 #[test]
-fn one_repeated_parameter() {
+fn a_plant_with_one_repeated_parameter_has_a_ladder() {
     let case = common::case("lpv05_one_param_lossless");
     let expected = &case["expected"];
     let rtol = expected["rtol"].as_f64().unwrap();
@@ -67,7 +67,7 @@ fn one_repeated_parameter() {
 }
 
 #[test]
-fn what_has_no_ladder_is_refused() {
+fn plants_without_a_ladder_are_rejected() {
     let plant = common::plant(&common::case("lpv05_one_param_lossless"));
     let design = synthesise(&plant, Options::default()).unwrap();
     let usual = LadderOptions { thetas: vec![], rates: vec![], ..LadderOptions::default() };

@@ -11,7 +11,7 @@ use squid_lpv::polynomial::MatrixPolynomial;
 /// `[[3 + del + eta, del/eta], [7 + rho, rho + del eta]]` of RobustAndOptimalControl.jl's tests, del = 2 +- 1, eta =
 /// 6 +- 1, rho = -1 +- 1.
 #[test]
-fn rational_matrix_equals_its_formula() {
+fn a_rational_matrix_equals_its_formula() {
     let case = common::case("lft01_evaluation");
     let (del, eta, rho) =
         (Lft::parameter(0, 2.0, 1.0), Lft::parameter(1, 6.0, 1.0), Lft::parameter(2, -1.0, 1.0));
@@ -48,7 +48,7 @@ fn the_product_and_sum_have_the_published_matrix() {
 }
 
 #[test]
-fn second_order_polynomial_has_the_least_size() {
+fn a_second_order_polynomial_has_the_least_size() {
     let case = common::case("lft02_poly2_minimal");
     let coefficients = ["A0", "A1", "A2"].iter().map(|k| common::matrix(&case["data"][*k])).collect();
     let polynomial = MatrixPolynomial { coefficients };
@@ -62,7 +62,7 @@ fn second_order_polynomial_has_the_least_size() {
 }
 
 #[test]
-fn a_singular_loop_is_refused() {
+fn a_singular_loop_is_rejected() {
     let lft = Lft {
         constant: dmatrix![0.0],
         left: dmatrix![1.0],

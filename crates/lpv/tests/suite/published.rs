@@ -13,7 +13,7 @@ use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::state_space::StateSpace;
 use squid_lpv::synthesis::{Design, Options, ScalingClass, least_gamma, synthesise};
 
-/// The result may be above the optimum by the tolerance, and below it only by rounding.
+/// Checks a result, which may be above the optimum by the tolerance, and below it only by rounding.
 fn assert_optimum(name: &str, found: f64, expected: f64, rtol: f64) {
     let relative = found / expected - 1.0;
     println!(
@@ -44,7 +44,7 @@ const PLAIN: [&str; 13] = [
 ];
 
 #[test]
-fn plain_h_infinity() {
+fn h_infinity_optima_are_reached() {
     for name in PLAIN {
         let case = common::case(name);
         let found = gamma(&common::plant(&case), ScalingClass::SymmetricAndSkew);
@@ -54,9 +54,9 @@ fn plain_h_infinity() {
     }
 }
 
-/// The matrices of the published controller, which are in the states of the plant.
+/// The published controller has the states of the plant, so its matrices are compared.
 #[test]
-fn h2() {
+fn the_h2_controller_is_the_published_one() {
     let case = common::case("h201_slicot_sb10hd");
     let k = h2::synthesise(&common::plant(&case), &common::matrix(&case["data"]["D22"])).unwrap().controller;
     for (name, found) in [("A", k.a()), ("B", k.by()), ("C", k.cu())] {
@@ -70,7 +70,7 @@ fn h2() {
 /// 1.019, and the lowest known mu is 0.974; this one, with real zeros and poles in its scalings, stays above the
 /// book's.
 #[test]
-fn mu_synthesis() {
+fn mu_synthesis_reaches_the_published_value() {
     let g0 = dmatrix![87.8, -86.4; 108.2, -109.6] / 75.0;
     let (two, zero) = (Mat::identity(2, 2), Mat::zeros(2, 2));
     // States: column, W_I = 0.2 + 1.8 s/(s + 2) without its direct term, W_P = 0.5 + 0.05/(s + 1e-6).
@@ -109,9 +109,10 @@ fn mu_synthesis() {
     assert!((0.974..1.07).contains(&found.mu), "{:?}", found.history);
 }
 
-/// Design 1 of Skogestad and Postlethwaite, "Multivariable Feedback Control", 2005, example 2.17: the optimum is 1.37.
+/// The optimum of design 1 of Skogestad and Postlethwaite, "Multivariable Feedback Control", 2005, example 2.17, is
+/// 1.37.
 #[test]
-fn mixed_sensitivity() {
+fn mixed_sensitivity_reaches_the_published_optimum() {
     // G = 200/((10 s + 1)(0.05 s + 1)^2), W1 = (s/1.5 + 10)/(s + 1e-3), W2 = 1.
     let g = StateSpace {
         a: dmatrix![-0.1, 0.0, 0.0; 20.0, -20.0, 0.0; 0.0, 20.0, -20.0],
@@ -142,7 +143,7 @@ fn mixed_sensitivity() {
 }
 
 #[test]
-fn badly_scaled_plant() {
+fn a_badly_scaled_plant_reaches_its_optimum() {
     let case = common::case("lpv01_lpvtools_lft_tutorial");
     let expected = &case["expected"];
     let rtol = expected["rtol"].as_f64().unwrap();
@@ -151,7 +152,7 @@ fn badly_scaled_plant() {
 }
 
 #[test]
-fn skew_scalings_pay_with_a_repeated_parameter() {
+fn skew_scalings_reduce_gamma_for_a_repeated_parameter() {
     let case = common::case("lpv03_lpvtools_grid2lft");
     let expected = &case["expected"];
     let rtol = expected["rtol"].as_f64().unwrap();
@@ -164,7 +165,7 @@ fn skew_scalings_pay_with_a_repeated_parameter() {
 }
 
 #[test]
-fn one_parameter_loses_nothing() {
+fn scheduling_on_one_parameter_attains_the_frozen_optimum() {
     let case = common::case("lpv05_one_param_lossless");
     let expected = &case["expected"];
     let rtol = expected["rtol"].as_f64().unwrap();
@@ -191,7 +192,7 @@ fn one_parameter_loses_nothing() {
 const SCHEDULED: [&str; 3] =
     ["lpv01_lpvtools_lft_tutorial", "lpv03_lpvtools_grid2lft", "lpv05_one_param_lossless"];
 
-/// Frozen gains below the bound and stable, on a grid of the parameter box.
+/// Checks that frozen loops are stable with gains below the bound, on a grid of the parameter box.
 fn assert_frozen_gains_below_the_bound(plant: &GeneralisedPlant, design: &Design) {
     let closed = plant.close(&design.controller);
     let parameters = plant.blocks.len();

@@ -11,13 +11,13 @@ use squid_lpv::state_space::StateSpace;
 
 type Samples = Vec<(f64, StateSpace)>;
 
-/// `count` samples with theta evenly spaced over [-1, 1].
+/// Returns `count` samples with theta evenly spaced over [-1, 1].
 fn samples(count: usize, system: impl Fn(f64) -> StateSpace) -> Samples {
     let theta = |i: usize| -1.0 + 2.0 * i as f64 / (count - 1) as f64;
     (0..count).map(|i| (theta(i), system(theta(i)))).collect()
 }
 
-/// `delta G - G delta` with G = 1/(s + 1): zero when delta is constant.
+/// Returns `delta G - G delta` with G = 1/(s + 1): zero when delta is constant.
 fn commutator(delta: f64) -> StateSpace {
     StateSpace {
         a: dmatrix![-1.0, 0.0; 0.0, -1.0],
@@ -27,7 +27,7 @@ fn commutator(delta: f64) -> StateSpace {
     }
 }
 
-/// `x'' + 0.2 x' + (1 + k theta) x = w`, z = x.
+/// Returns `x'' + 0.2 x' + (1 + k theta) x = w`, z = x.
 fn oscillator(k: f64) -> impl Fn(f64) -> StateSpace {
     move |theta| StateSpace {
         a: dmatrix![0.0, 1.0; -1.0 - k * theta, -0.2],
@@ -41,7 +41,7 @@ fn numbers(value: &Value) -> Vec<f64> {
     serde_json::from_value(value.clone()).unwrap()
 }
 
-/// The inequality, written independently, at all samples: X(theta) > 0 and both signs of the rate.
+/// Checks the inequality, written independently, at all samples: X(theta) > 0 and both signs of the rate.
 fn assert_holds(samples: &Samples, bound: &RateBound) {
     for (theta, s) in samples {
         let (x, slope) = (bound.proof.lyapunov.value(*theta), bound.proof.lyapunov.slope(*theta));
@@ -60,7 +60,7 @@ fn assert_holds(samples: &Samples, bound: &RateBound) {
 }
 
 #[test]
-fn the_commutator_gains_what_its_rate_allows() {
+fn the_gain_of_the_commutator_is_bounded_by_its_rate() {
     let case = common::case("lpv08_delta_commutator");
     let expected = &case["expected"];
     let rtol = expected["rate_rtol"].as_f64().unwrap();
@@ -83,7 +83,7 @@ fn the_commutator_gains_what_its_rate_allows() {
     assert_holds(&system, &fast);
 }
 
-/// The largest k up to `most` for which `exists` holds, by bisection to 1e-6.
+/// Returns the largest k up to `most` for which `exists` holds, by bisection to 1e-6.
 fn largest(most: f64, exists: impl Fn(f64) -> bool) -> f64 {
     let (mut yes, mut no) = (0.0, most);
     while no - yes > 1e-6 {
@@ -164,10 +164,10 @@ fn a_peak_between_the_points_is_found() {
 }
 
 #[test]
-fn units_do_not_matter() {
+fn the_gain_does_not_depend_on_units() {
     let options = RateOptions { order: 2, stride: 1, ..RateOptions::default() };
     let plain = rate_bounded_gain(&samples(9, oscillator(0.15)), 0.1, options).unwrap().gamma;
-    // States 1e4 and 1e-3 times as large, time in ms, gain in millionths, theta from 4 to 10.
+    // States are 1e4 and 1e-3 times as large, time is in ms, the gain in millionths, theta from 4 to 10.
     let (t, ti) = (dmatrix![1e4, 0.0; 0.0, 1e-3], dmatrix![1e-4, 0.0; 0.0, 1e3]);
     let odd: Samples = samples(9, oscillator(0.15))
         .into_iter()
@@ -183,7 +183,7 @@ fn units_do_not_matter() {
 }
 
 #[test]
-fn bad_input_is_refused() {
+fn invalid_input_is_rejected() {
     let gain =
         |samples: &Samples, rate| rate_bounded_gain(samples, rate, RateOptions::default()).unwrap_err();
     assert_eq!(gain(&vec![], 1.0), RateError::NoSamples);
@@ -198,9 +198,9 @@ fn bad_input_is_refused() {
     assert_eq!(gain(&system, 1.0), RateError::NotAscending { theta: -1.0 });
 }
 
-/// Beyond the closed form's k there is no constant Lyapunov function, and the error says so.
+/// No constant Lyapunov function exists above the k of the closed form, and the error reports that.
 #[test]
-fn infeasible_is_not_called_a_numerical_failure() {
+fn infeasibility_is_not_reported_as_a_numerical_failure() {
     for k in [0.21, 0.25, 0.3, 0.4, 0.5, 0.7] {
         for count in [2, 3, 5] {
             let found =

@@ -30,7 +30,7 @@ fn a_reduced_controller_keeps_the_limit_on_its_fastest_mode() {
     assert_ne!(refused, free);
 }
 
-/// A scheduled design for a plant of one parameter, with its sizes: states and channels.
+/// Returns a scheduled design for a plant of one parameter, with its sizes: states and channels.
 fn scheduled() -> (GeneralisedPlant, Design) {
     let plant = common::plant(&common::case("lpv01_lpvtools_lft_tutorial"));
     let design = synthesise(&plant, Options::default()).unwrap();
@@ -73,9 +73,9 @@ fn a_smaller_controller_keeps_its_bound() {
     assert!(before < sizes(&design), "something can be removed");
 }
 
-/// Other coordinates of states and channels, the controller's and the plant's, leave the same sizes and the same gains.
+/// Other coordinates of states and channels, of controller and plant, give the same sizes and the same gains.
 #[test]
-fn coordinates_do_not_matter() {
+fn the_reduction_does_not_depend_on_coordinates() {
     let (plant, design) = scheduled();
     let fewer = smallest(&plant, &design, 0.1);
     let (n, r) = sizes(&design);
@@ -118,7 +118,7 @@ fn coordinates_do_not_matter() {
 
 /// States and channels without effect are all removed, and nothing else changes.
 #[test]
-fn what_has_no_effect_goes() {
+fn parts_without_effect_are_removed() {
     let (plant, design) = scheduled();
     let fewer = smallest(&plant, &design, 1e-3);
     let (n, r) = sizes(&design);
@@ -144,7 +144,7 @@ fn what_has_no_effect_goes() {
 }
 
 #[test]
-fn fast_modes_give_way_to_their_gain_at_rest() {
+fn fast_modes_are_replaced_by_their_static_gain() {
     let plant = common::plant(&common::case("compleib/compleib_AC15"));
     let design = synthesise(&plant, Options::default()).unwrap();
     let mut modes: Vec<f64> = design.controller.frozen(&[]).unwrap().poles().iter().map(|p| -p.re).collect();

@@ -9,7 +9,7 @@ use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::regularise::Regularisation;
 use squid_lpv::synthesis::{Design, Options, is_least, synthesise};
 
-/// The plant with the added outputs and disturbances, as a reader of the remark would add them.
+/// Returns the plant with the added outputs and disturbances, built as the remark describes them.
 fn with(p: &GeneralisedPlant, added: &Regularisation) -> GeneralisedPlant {
     let s = p.sizes();
     let (more_z, more_w) = (added.weights.len(), added.noises.len());
@@ -24,7 +24,7 @@ fn with(p: &GeneralisedPlant, added: &Regularisation) -> GeneralisedPlant {
 
 const UNITS: [f64; 5] = [1e3, 1e-2, 10.0, 0.1, 20.0];
 
-/// The plant with other units of u, y, z, w and time.
+/// Returns the plant with other units of u, y, z, w and time.
 fn in_other_units(p: &GeneralisedPlant) -> GeneralisedPlant {
     let [u, y, z, w, rate] = UNITS;
     let mut out = p.clone();
@@ -62,9 +62,9 @@ fn the_bound_is_near_the_least_gamma() {
     assert_eq!((added.weights.len(), added.noises.len()), (1, plant.sizes().y));
 }
 
-/// Without a weight on any control the least gamma is zero.
+/// The least gamma is zero without a weight on any control.
 #[test]
-fn what_is_added_is_given_in_the_users_units() {
+fn additions_are_in_the_users_units() {
     let mut plant = common::plant(&common::case("compleib/compleib_DIS1"));
     plant.parts.block_mut(Z, U).fill(0.0);
     let added = |plant: &GeneralisedPlant| assert_holds(plant).regularisation.unwrap();
@@ -73,7 +73,7 @@ fn what_is_added_is_given_in_the_users_units() {
     for (one, other, unit) in [(here.weights, there.weights, z * u), (here.noises, there.noises, y * w)] {
         assert_eq!(one.len(), 4);
         for (one, other) in one.iter().flatten().zip(other.iter().flatten()) {
-            // Balancing ends slightly differently from another start; a forgotten unit is a factor of at least 10.
+            // Balancing ends slightly differently from another start; an omitted unit is a factor of at least 10.
             let ratio = if *other == 0.0 { 1.0 } else { unit * one / other };
             assert!((0.5..2.0).contains(&ratio), "{one} {other}");
         }
@@ -81,13 +81,13 @@ fn what_is_added_is_given_in_the_users_units() {
 }
 
 #[test]
-fn a_plant_with_weights_and_noise_gets_nothing_added() {
+fn a_plant_with_weights_and_noise_has_no_additions() {
     let design = synthesise(&common::plant(&common::case("hs02_gamma_sqrt065")), Options::default()).unwrap();
     assert_eq!(design.regularisation, None);
 }
 
-/// A missile's pitch autopilot at one flight condition: measured are angle of attack, with the disturbance, and rate,
-/// without noise; the weight on the control has three zeros at the origin and three modes at 1000 rad/s.
+/// Returns a missile's pitch autopilot at one flight condition: measured are angle of attack, with the disturbance, and
+/// rate, without noise; the weight on the control has three zeros at the origin and three modes at 1000 rad/s.
 fn missile(damping: f64, stiffness: f64) -> GeneralisedPlant {
     let a = dmatrix![
         -damping, 1.0, 0.0, 0.0, 0.0, 0.0;
@@ -112,11 +112,11 @@ fn missile(damping: f64, stiffness: f64) -> GeneralisedPlant {
     GeneralisedPlant::new(vec![], &blocks).unwrap()
 }
 
-/// With more measurements than disturbances one combination of them is free of noise at every frequency; with more
-/// controls than outputs, in the dual plant, one is free of weight. The least gamma is known from below by the first
-/// Riccati equation alone, and from above by a controller that nearly attains it.
+/// One combination of the measurements is free of noise at every frequency if they are more than the disturbances; with
+/// more controls than outputs, in the dual plant, one is free of weight. The first Riccati equation alone gives a lower
+/// bound of gamma, and a controller that nearly attains it an upper one.
 #[test]
-fn more_measurements_than_disturbances_or_controls_than_outputs() {
+fn more_measurements_than_disturbances_or_controls_than_outputs_are_handled() {
     for (plant, least) in [(missile(0.5, 106.0), 0.135_857), (missile(0.5, 0.0), 0.136_557)] {
         for plant in [plant.clone(), in_other_units(&plant), plant.dual()] {
             let design = synthesise(&plant, Options { back_off: 0.01, ..Options::default() }).unwrap();

@@ -10,9 +10,9 @@ use squid_lpv::partition::Group::{U, W, X, Y, Z};
 use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::state_space::StateSpace;
 
-/// The published bounds, in their digits.
+/// The bounds agree with the published ones in all their digits.
 #[test]
-fn published_bounds() {
+fn bounds_agree_with_published_ones() {
     for name in ["sd01_sdhinfnorm", "sd02_sdhinfnorm_faster"] {
         let case = common::case(name);
         let (plant, k, time) = common::sampled(&case);
@@ -28,8 +28,8 @@ fn published_bounds() {
     }
 }
 
-/// The gain from inputs that are constant on each of `parts` equal parts of a sample, with the exact energy of z
-/// between them: a lower bound that converges as the parts become small.
+/// Returns the gain from inputs that are constant on each of `parts` equal parts of a sample, with the exact energy of
+/// z between them: a lower bound that converges as the parts become small.
 fn from_below(plant: &GeneralisedPlant, k: &StateSpace, time: f64, parts: usize) -> f64 {
     let h = time / parts as f64;
     let sizes = plant.sizes();
@@ -46,7 +46,7 @@ fn from_below(plant: &GeneralisedPlant, k: &StateSpace, time: f64, parts: usize)
     let step = e.view((n, n), (n, n)).into_owned();
     let energy = step.transpose() * e.view((0, n), (n, n));
     let seen = symmetric_function(&energy, |v| v.max(0.0).sqrt());
-    // All signals as functions of (x, xk, w of each part).
+    // All signals are functions of (x, xk, w of each part).
     let states = x + k.a.nrows();
     let all = Mat::identity(states + parts * w, states + parts * w);
     let mut now = all.rows(0, x).into_owned();
@@ -74,8 +74,8 @@ fn from_below(plant: &GeneralisedPlant, k: &StateSpace, time: f64, parts: usize)
     system.from_circle_to_axis().unwrap().hinf_norm().value
 }
 
-/// An unstable plant behind a lag a hundredth of the sample time, with a weight on the command and a direct path from
-/// the disturbance to z.
+/// Returns an unstable plant behind a lag a hundredth of the sample time, with a weight on the command and a direct
+/// path from the disturbance to z.
 fn stiff() -> (GeneralisedPlant, StateSpace, f64) {
     let (time, lag) = (0.1, 1e-3);
     let blocks = [
@@ -93,7 +93,7 @@ fn stiff() -> (GeneralisedPlant, StateSpace, f64) {
 }
 
 #[test]
-fn brute_force_comes_up_to_it_from_below() {
+fn brute_force_approaches_the_gain_from_below() {
     let (published, k, time) = common::sampled(&common::case("sd01_sdhinfnorm"));
     for (plant, k, time) in [(published, k, time), stiff()] {
         let SampledGain { lower, upper } = sampled_gain(&plant, &k, time, Any).unwrap();
@@ -106,13 +106,13 @@ fn brute_force_comes_up_to_it_from_below() {
 
 /// A component of w that is sampled directly is held: an input of the loop that is constant between ticks.
 #[test]
-fn what_is_sampled_without_a_state_is_held() {
+fn inputs_sampled_without_a_state_are_held() {
     let (plant, k, time) = stiff();
     let mut parts = plant.parts.clone();
     parts.block_mut(Y, W).copy_from(&dmatrix![0.5, -0.2; 0.1, 0.3]);
     let held = GeneralisedPlant { parts, blocks: vec![] };
     let SampledGain { lower, upper } = sampled_gain(&held, &k, time, Any).unwrap();
-    // The same with w as additional states, which jump at the ticks and are seen by C2.
+    // The same loop has w as additional states, which jump at the ticks and are measured through C2.
     let sizes = plant.sizes();
     let (x, w, zero) = (sizes.x, sizes.w, Mat::zeros);
     let generator =
@@ -154,7 +154,7 @@ fn what_is_sampled_without_a_state_is_held() {
 /// Held inputs agree with brute force with one part; faster inputs alias to low frequencies, where this output has a
 /// hundredfold weight: a measurement of a velocity disturbed by a force.
 #[test]
-fn what_is_faster_than_the_ticks_is_mirrored() {
+fn inputs_faster_than_the_sampling_are_aliased() {
     let blocks = [
         (X, X, dmatrix![-0.1, 0.0; 1.0, -0.01]),
         (X, W, dmatrix![1.0; 0.0]),
@@ -176,9 +176,9 @@ fn what_is_faster_than_the_ticks_is_mirrored() {
     assert!(finest > any.lower * (1.0 - 1e-3), "{finest}");
 }
 
-/// Sampled fast enough, a loop has its continuous-time gain.
+/// A loop sampled fast enough has its continuous-time gain.
 #[test]
-fn sampled_often_it_is_the_gain_in_continuous_time() {
+fn fast_sampling_has_the_gain_in_continuous_time() {
     let blocks = [
         (X, X, dmatrix![0.0, 1.0; 0.0, -30.0]),
         (X, W, dmatrix![0.0; 30.0]),
@@ -193,13 +193,13 @@ fn sampled_often_it_is_the_gain_in_continuous_time() {
     let expected = closed.hinf_norm().value;
     let found = sampled_gain(&plant, &k, 1e-6, Any).unwrap();
     assert!((found.upper / expected - 1.0).abs() < 1e-4, "{found:?} {expected}");
-    // With 0.3 s between ticks it is unstable.
+    // The loop is unstable with 0.3 s between ticks.
     assert_eq!(sampled_gain(&plant, &k, 0.3, Any).unwrap().lower, f64::INFINITY);
 }
 
-/// Nothing observable moves: the lower bound is 0, and the upper one almost 0. And a gain due to D11 only.
+/// The lower bound is 0, and the upper one almost 0, if nothing observable moves. A gain due to D11 only is exact.
 #[test]
-fn no_gain_and_a_direct_one() {
+fn zero_and_direct_gains_are_bounded() {
     let blocks = |d: f64| {
         [
             (X, X, dmatrix![-1.0]),
@@ -220,7 +220,7 @@ fn no_gain_and_a_direct_one() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused() {
+fn plants_and_controllers_that_do_not_fit_are_rejected() {
     let (plant, k, time) = stiff();
     let refused = |plant: &GeneralisedPlant, k: &StateSpace, time| {
         sampled_gain(plant, k, time, Any).unwrap_err().to_string()

@@ -13,7 +13,8 @@ fn published(name: &str) -> GeneralisedPlant {
     common::plant(&common::case(&format!("compleib/compleib_{name}")))
 }
 
-/// Static output feedback of a plant of COMPleib at most `most`, its gain that of the loop.
+/// Checks that static output feedback of a plant of COMPleib reaches at most `most`, and that its gain is that of the
+/// loop.
 fn static_output_feedback(name: &str, most: f64) {
     let plant = published(name);
     let structure = Structure::full(&plant, 0);
@@ -24,7 +25,7 @@ fn static_output_feedback(name: &str, most: f64) {
     assert!(norm <= most, "{name}: {norm}");
 }
 
-/// The aims are the best gains known here of static output feedback, none of them from a published table.
+/// The limits are the best gains known here of static output feedback, none of them from a published table.
 #[test]
 fn static_output_feedback_reaches_the_known_gains() {
     for (name, most) in [
@@ -42,13 +43,13 @@ fn static_output_feedback_reaches_the_known_gains() {
 
 #[test]
 #[ignore = "night: 16 starts with 16 and 24 gains take 15 s"]
-fn static_output_feedback_with_many_gains() {
+fn static_output_feedback_with_many_gains_reaches_the_known_gain() {
     for (name, most) in [("DIS1", 4.18), ("HE4", 22.86)] {
         static_output_feedback(name, most);
     }
 }
 
-/// A spring whose stiffness the parameter changes by 60 %, with a disturbance and noise.
+/// Returns a spring whose stiffness the parameter changes by 60 %, with a disturbance and noise.
 fn spring() -> GeneralisedPlant {
     let blocks = [
         (X, X, dmatrix![0.0, 1.0; -1.0, -0.4]),
@@ -64,15 +65,15 @@ fn spring() -> GeneralisedPlant {
     GeneralisedPlant::new(vec![1], &blocks).unwrap()
 }
 
-/// Position and filtered position with gains affine in theta: the bound for any trajectory falls below that of the
-/// gains of smallest frozen norm, and is not below the least of any scheduled controller.
+/// The structure is position and filtered position with gains affine in theta: the bound for any trajectory falls below
+/// that of the gains of smallest frozen norm, and is not below the least of any scheduled controller.
 #[test]
 fn the_proved_gain_is_minimised() {
     let plant = spring();
     // x' = -5 x + 5 y, u = g0 y + g1 x + w, z = g2 y + g3 x, w = theta z.
-    let entry = |places: &[(usize, usize, f64)]| {
+    let entry = |entries: &[(usize, usize, f64)]| {
         let mut m = Mat::zeros(3, 3);
-        places.iter().for_each(|(i, j, v)| m[(*i, *j)] = *v);
+        entries.iter().for_each(|(i, j, v)| m[(*i, *j)] = *v);
         m
     };
     let base = entry(&[(0, 0, -5.0), (0, 1, 5.0), (1, 2, 1.0)]);
@@ -95,9 +96,9 @@ fn the_proved_gain_is_minimised() {
     }
 }
 
-/// No static output feedback stabilises a double integrator whose position alone is measured.
+/// No static output feedback stabilises a double integrator if only its position is measured.
 #[test]
-fn gains_that_stabilise_nothing_are_refused() {
+fn structures_without_a_stabilising_gain_are_rejected() {
     let blocks = [
         (X, X, dmatrix![0.0, 1.0; 0.0, 0.0]),
         (X, W, dmatrix![0.0; 1.0]),
@@ -109,7 +110,7 @@ fn gains_that_stabilise_nothing_are_refused() {
     let structure = Structure::full(&plant, 0);
     let error = minimax(&plant, &structure, &[0.0], 4).unwrap_err();
     assert!(!error.is_infeasible() && error.to_string().contains("4 starts found no gains"), "{error}");
-    // One state is enough.
+    // One state suffices.
     let structure = Structure::full(&plant, 1);
     let tuned = minimax(&plant, &structure, &vec![0.0; structure.gains()], 4).unwrap();
     assert!(tuned.frozen_gain.is_finite());

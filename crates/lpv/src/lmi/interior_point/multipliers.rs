@@ -4,7 +4,7 @@ use super::State;
 use crate::matrix::{Definite, Mat, symmetric_part};
 
 impl State<'_> {
-    /// A lower bound of the objective for any point no farther from zero than the current one:
+    /// Returns a lower bound of the objective for any point no farther from zero than the current one:
     /// `c'x >= -tr(F_0 X) + r'x` with the residual r of the multipliers' equations.
     pub(super) fn bound(&self) -> f64 {
         let bound: f64 = self.cones.iter().map(|c| -c.x.dot(c.data.constant())).sum();
@@ -14,7 +14,7 @@ impl State<'_> {
         bound - norm(&residual) * norm(&self.x) - rounding
     }
 
-    /// The residual of the multipliers' equations, `c_i - tr(F_i X)`.
+    /// Returns the residual of the multipliers' equations, `c_i - tr(F_i X)`.
     fn residual(&self) -> Vec<f64> {
         let mut residual = self.objective.to_vec();
         for cone in &self.cones {
@@ -24,8 +24,8 @@ impl State<'_> {
     }
 
     /// Replaces the multipliers by `X + X F(y) X` with the y for which they satisfy their equations, if that gives a
-    /// better bound: rounding may have made the present ones useless. Returns the bound; `None` if they would not stay
-    /// positive.
+    /// better bound: rounding may have made the present ones useless. Returns the bound; `None` if they would not
+    /// remain positive.
     pub(super) fn correct(&mut self) -> Option<f64> {
         let m = self.objective.len();
         let mut gram = Mat::zeros(m, m);

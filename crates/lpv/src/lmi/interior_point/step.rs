@@ -4,7 +4,7 @@ use super::{Cone, State};
 use crate::matrix::{Definite, Mat, quick_least_eigenvalue, symmetric_part};
 use rayon::prelude::*;
 
-/// The number of rows from which an inequality is large.
+/// The least number of rows of a large inequality.
 const LARGE: usize = 32;
 
 /// The matrices of a cone that are constant within a step.
@@ -23,7 +23,7 @@ struct Direction {
 }
 
 impl State<'_> {
-    /// One predictor-corrector step; returns the shorter of the two step lengths, `None` if a factorisation fails.
+    /// Makes a predictor-corrector step; returns the shorter of both step lengths, `None` if a factorisation fails.
     pub(super) fn advance(&mut self) -> Option<f64> {
         let factors: Vec<Factors> = self.each().map(|c| self.factors(c)).collect::<Option<_>>()?;
         let m = self.objective.len();
@@ -61,7 +61,8 @@ impl State<'_> {
         Some(step_x.min(step_z))
     }
 
-    /// The inequalities, in parallel if one is large: waking a thread takes longer than the step of a small one.
+    /// Returns the inequalities, in parallel if one is large: waking a thread takes longer than the step of a small
+    /// one.
     fn each(&self) -> impl IndexedParallelIterator<Item = &Cone<'_>> {
         let is_large = self.cones.iter().any(|cone| cone.data.size() >= LARGE);
         self.cones.par_iter().with_min_len(if is_large { 1 } else { self.cones.len() })
@@ -85,7 +86,7 @@ impl State<'_> {
         })
     }
 
-    /// The direction towards `X Z = mu I`, corrected by the product of the steps of `predicted`.
+    /// Returns the direction towards `X Z = mu I`, corrected by the product of the steps of `predicted`.
     fn direction(
         &self,
         factors: &[Factors],
@@ -115,7 +116,7 @@ impl State<'_> {
         (dx, directions)
     }
 
-    /// The step lengths up to which X and Z stay positive along a direction.
+    /// Returns the step lengths up to which X and Z stay positive along a direction.
     fn reach(&self, factors: &[Factors], direction: &[Direction]) -> (f64, f64) {
         let along = |root: &Mat, d: &Mat| -> f64 {
             let Some(half) = root.solve_lower_triangular(d) else { return 0.0 };

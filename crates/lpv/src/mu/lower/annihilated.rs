@@ -10,8 +10,8 @@ const INVERSE_ITERATIONS: usize = 2;
 /// The least pivot, relative to the matrix: far below rounding.
 const LEAST_PIVOT: f64 = 1e-30;
 
-/// The left and right unit vectors that a square matrix nearly annihilates, by inverse iteration with `A* A`; `None` if
-/// the numbers overflow. They belong to the least singular value if it is zero to rounding.
+/// Returns the left and right unit vectors that a square matrix nearly annihilates, by inverse iteration with `A* A`;
+/// `None` if the numbers overflow. They belong to the least singular value if it is zero to rounding.
 pub(super) fn annihilated(a: CMat) -> Option<(ComplexVector, ComplexVector)> {
     let n = a.nrows();
     let size = a.norm();
@@ -48,7 +48,7 @@ mod tests {
     proptest! {
         /// Both vectors of a matrix minus an eigenvalue.
         #[test]
-        fn nothing_is_left((_, m) in problem()) {
+        fn null_vectors_are_annihilated((_, m) in problem()) {
             let n = m.nrows().min(m.ncols());
             let square = m.view((0, 0), (n, n)).into_owned();
             let lambda = square.clone().schur().eigenvalues().unwrap()[0];

@@ -1,10 +1,10 @@
 //! The ascent from a unit perturbation Q to a nearby one with the largest real eigenvalue of `M Q`.
 //!
-//! To first order the eigenvalue lambda changes by `(M* u)* dQ v`. For every angle theta the blocks are set where `Re
-//! (e^-j theta lambda)` grows most; `Im lambda` grows with theta, and the angle is chosen at which lambda is real. If a
-//! real scalar changes its sign there, it is set in between. These are the conditions of P. M. Young, J. C. Doyle,
-//! "Computation of mu with real and complex uncertainties", 29th CDC, 1990; a step is taken towards them as long as the
-//! eigenvalue grows.
+//! To first order the eigenvalue lambda changes by `(M* u)* dQ v`. For every angle theta the blocks are set to the
+//! values at which `Re (e^-j theta lambda)` grows most; `Im lambda` grows with theta, and the angle is chosen at which
+//! lambda is real. If a real scalar changes its sign there, it is set in between. These are the conditions of P. M.
+//! Young, J. C. Doyle, "Computation of mu with real and complex uncertainties", 29th CDC, 1990; a step is taken towards
+//! them as long as the eigenvalue grows.
 
 use super::bound::{LowerBound, checked};
 use super::modes::{Mode, Modes};
@@ -30,7 +30,7 @@ const MOST_CORRECTIONS: usize = 12;
 /// The relative imaginary part below which an eigenvalue is taken as real.
 const REAL: f64 = 1e-13;
 
-/// Follows a mode of `M Q` to a maximum where it is real. `None` if it does not become real.
+/// Follows a mode of `M Q` to a maximum at which it is real. `None` if it does not become real.
 pub(super) fn ascend(modes: &Modes, mut q: CMat, mut mode: Mode) -> Option<LowerBound> {
     for _ in 0..ASCENT_STEPS {
         stop::check();
@@ -52,7 +52,7 @@ pub(super) fn ascend(modes: &Modes, mut q: CMat, mut mode: Mode) -> Option<Lower
     exact(modes, &q, &mode)
 }
 
-/// The target of the blocks, and the best angle.
+/// Returns the target of the blocks, and the best angle.
 fn aim(modes: &Modes, q: &CMat, mode: &Mode) -> (CMat, f64) {
     let at = |theta: f64| {
         let aimed = modes.aimed(q, mode, Complex::from_polar(1.0, theta));
@@ -87,43 +87,43 @@ fn aim(modes: &Modes, q: &CMat, mode: &Mode) -> (CMat, f64) {
     (&below.0 + (above.0 - &below.0) * Complex::new(part, 0.0), low)
 }
 
-/// The best perturbation near Q for which the eigenvalue is real and positive.
+/// Returns the best perturbation near Q for which the eigenvalue is real and positive.
 fn exact(modes: &Modes, q: &CMat, mode: &Mode) -> Option<LowerBound> {
     let real = (0..modes.places.len()).filter(|k| matches!(modes.places[*k].0, Block::Real(_)));
     let found =
-        std::iter::once(None).chain(real.map(Some)).filter_map(|knob| made_real(modes, q, mode, knob));
+        std::iter::once(None).chain(real.map(Some)).filter_map(|scalar| made_real(modes, q, mode, scalar));
     found.max_by(|a, b| a.value.total_cmp(&b.value))
 }
 
 /// Rotates all complex blocks, or moves one real scalar, until the eigenvalue is real.
-fn made_real(modes: &Modes, q: &CMat, mode: &Mode, knob: Option<usize>) -> Option<LowerBound> {
+fn made_real(modes: &Modes, q: &CMat, mode: &Mode, scalar: Option<usize>) -> Option<LowerBound> {
     let (mut q, mut mode) = (q.clone(), mode.clone());
     for _ in 0..MOST_CORRECTIONS {
         let near = mode.lambda;
         if near.im.abs() <= REAL * near.norm() {
             break;
         }
-        let along = direction(modes, &q, knob);
+        let along = direction(modes, &q, scalar);
         let slope = modes.change(&mode, &along).im;
         if slope == 0.0 {
             return None;
         }
-        turn(modes, &mut q, knob, -near.im / slope)?;
+        turn(modes, &mut q, scalar, -near.im / slope)?;
         mode = modes.nearest(&q, near)?;
     }
     let size = mode.lambda.re;
     (size > 0.0).then(|| checked(modes.m, modes.structure, q / Complex::new(size, 0.0)))?
 }
 
-/// The derivative of Q with respect to the angle of all complex blocks, or to a real scalar.
-fn direction(modes: &Modes, q: &CMat, knob: Option<usize>) -> CMat {
+/// Returns the derivative of Q with respect to the angle of all complex blocks, or to a real scalar.
+fn direction(modes: &Modes, q: &CMat, scalar: Option<usize>) -> CMat {
     let mut out = CMat::zeros(q.nrows(), q.ncols());
     for (k, (block, rows, cols)) in modes.places.iter().enumerate() {
-        let place = ((rows.start, cols.start), (rows.len(), cols.len()));
-        let mut part = out.view_mut(place.0, place.1);
-        match knob {
+        let region = ((rows.start, cols.start), (rows.len(), cols.len()));
+        let mut part = out.view_mut(region.0, region.1);
+        match scalar {
             None if !matches!(block, Block::Real(_)) => {
-                part.copy_from(&(q.view(place.0, place.1) * Complex::new(0.0, 1.0)));
+                part.copy_from(&(q.view(region.0, region.1) * Complex::new(0.0, 1.0)));
             }
             Some(chosen) if chosen == k => part.fill_diagonal(Complex::new(1.0, 0.0)),
             _ => {}
@@ -132,11 +132,11 @@ fn direction(modes: &Modes, q: &CMat, knob: Option<usize>) -> CMat {
     out
 }
 
-/// Rotates all complex blocks by an angle, or moves a real scalar; `None` if that leaves the range.
-fn turn(modes: &Modes, q: &mut CMat, knob: Option<usize>, step: f64) -> Option<()> {
+/// Rotates all complex blocks by an angle, or moves a real scalar; `None` if the scalar leaves its range.
+fn turn(modes: &Modes, q: &mut CMat, scalar: Option<usize>, step: f64) -> Option<()> {
     for (k, (block, rows, cols)) in modes.places.iter().enumerate() {
         let mut part = q.view_mut((rows.start, cols.start), (rows.len(), cols.len()));
-        match knob {
+        match scalar {
             None if !matches!(block, Block::Real(_)) => {
                 part *= Complex::from_polar(1.0, step.clamp(-0.5, 0.5));
             }

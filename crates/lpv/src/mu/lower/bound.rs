@@ -9,7 +9,7 @@ use crate::mu::upper::centre::ZERO_MU;
 /// A perturbation that makes `I - M Delta` singular.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LowerBound {
-    /// mu is at least this: one over the size of Delta.
+    /// Lower bound of mu: one over the size of Delta.
     pub value: f64,
     /// The perturbation.
     pub delta: CMat,
@@ -22,7 +22,7 @@ pub struct LowerBound {
 /// The residual below which the matrix is taken as singular.
 pub const SINGULAR_RESIDUAL: f64 = 1e-12;
 
-/// A verified perturbation that makes `I - M Delta` singular; `None` if it does not, or is so large that the rounding
+/// Verifies a perturbation that makes `I - M Delta` singular; `None` if it does not, or is so large that the rounding
 /// of M alone would.
 pub fn checked(m: &CMat, structure: &Structure, delta: CMat) -> Option<LowerBound> {
     let n = m.nrows();

@@ -31,19 +31,19 @@ impl<'a> Modes<'a> {
         Self { m, structure, places: structure.places() }
     }
 
-    /// The finite eigenvalues of `M Q`.
+    /// Returns the finite eigenvalues of `M Q`.
     pub(super) fn eigenvalues(&self, q: &CMat) -> Vec<Complex<f64>> {
         let all = complex_eigenvalues(&product(self.m, q));
         all.into_iter().filter(|v| v.re.is_finite() && v.im.is_finite()).collect()
     }
 
-    /// The eigenvalue of the highest rank.
+    /// Returns the eigenvalue of the highest rank.
     pub(super) fn best(&self, q: &CMat, rank: impl Fn(Complex<f64>) -> f64) -> Option<Mode> {
         let lambda = self.eigenvalues(q).into_iter().max_by(|a, b| rank(*a).total_cmp(&rank(*b)))?;
         self.mode(q, lambda)
     }
 
-    /// The eigenvalue closest to a number.
+    /// Returns the eigenvalue closest to a number.
     pub(super) fn nearest(&self, q: &CMat, to: Complex<f64>) -> Option<Mode> {
         self.best(q, |v| -(v - to).norm())
     }
@@ -58,25 +58,25 @@ impl<'a> Modes<'a> {
         Some(Mode { lambda, x: self.m.adjoint() * u / product.conj(), v })
     }
 
-    /// Q with each block moved to where the eigenvalue grows most in the direction `turn`.
-    pub(super) fn aimed(&self, q: &CMat, mode: &Mode, turn: Complex<f64>) -> CMat {
+    /// Returns Q with each block moved to the value at which the eigenvalue grows most in the direction `direction`.
+    pub(super) fn aimed(&self, q: &CMat, mode: &Mode, direction: Complex<f64>) -> CMat {
         self.structure.replaced(q.clone(), |block, rows, cols| {
             let x = mode.x.rows(rows.start, rows.len());
             let v = mode.v.rows(cols.start, cols.len());
-            let slope = || turn.conj() * x.dotc(&v);
+            let slope = || direction.conj() * x.dotc(&v);
             let unit = |r: usize, value: Complex<f64>| CMat::identity(r, r) * value;
             Some(match block {
                 Block::Real(r) if slope().re != 0.0 => unit(r, Complex::new(slope().re.signum(), 0.0)),
                 Block::Complex(r) if slope().norm() > 0.0 => unit(r, slope().conj() / slope().norm()),
                 Block::Full { .. } if x.norm() > 0.0 && v.norm() > 0.0 => {
-                    x.unscale(x.norm()) * v.unscale(v.norm()).adjoint() * turn
+                    x.unscale(x.norm()) * v.unscale(v.norm()).adjoint() * direction
                 }
                 _ => return None,
             })
         })
     }
 
-    /// The first-order change of the eigenvalue for a change of Q.
+    /// Returns the first-order change of the eigenvalue for a change of Q.
     pub(super) fn change(&self, mode: &Mode, by: &CMat) -> Complex<f64> {
         mode.x.dotc(&(by * &mode.v))
     }

@@ -1,6 +1,6 @@
 //! Pseudo-random numbers that are the same in every run.
 
-/// G. Marsaglia, "Xorshift RNGs", J. Statistical Software 8(14), 2003.
+/// State of the generator: G. Marsaglia, "Xorshift RNGs", J. Statistical Software 8(14), 2003.
 pub(in crate::mu) struct Sequence(pub(in crate::mu) u64);
 
 impl Sequence {
@@ -11,12 +11,12 @@ impl Sequence {
         self.0
     }
 
-    /// A number in [-1, 1].
+    /// Returns a number in [-1, 1].
     pub(super) fn next(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    /// 1 or -1.
+    /// Returns 1 or -1.
     pub(in crate::mu) fn sign(&mut self) -> f64 {
         if self.bits() & (1 << 30) == 0 { 1.0 } else { -1.0 }
     }

@@ -1,4 +1,4 @@
-//! Matrices scaled by blocks so that connected blocks are of similar size: the start of the search for scalings.
+//! Scaling of matrices by blocks so that connected blocks are of similar size: the start of the search for scalings.
 
 use crate::mu::CMat;
 use crate::mu::structure::Structure;
@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 /// The floor of the squared entries, relative to the largest.
 const LEAST_SQUARE: f64 = 1e-24;
 
-/// `T_z M T_w^-1` with a scalar for each block that equalises connected blocks.
+/// The matrix `T_z M T_w^-1` with a scalar for each block that equalises connected blocks.
 ///
 /// E. E. Osborne, J. ACM 7(4), 1960; as a bound on mu M. G. Safonov, IEE Proc. D 129(6), 1982.
 pub(in crate::mu) struct Balance {

@@ -30,7 +30,7 @@ pub(in crate::mu) struct Centre {
     pub(in crate::mu) start: Vec<f64>,
 }
 
-/// A bound below this fraction of the largest singular value is taken as zero: real blocks often have a mu of zero.
+/// The fraction of the largest singular value below which a bound is taken as zero, as mu of real blocks often is.
 pub(in crate::mu) const ZERO_MU: f64 = 1e-7;
 
 /// The relative excess of the first lambda over the least: in general, and for scalings of a similar matrix.
@@ -46,17 +46,17 @@ const MOST_CENTRES: usize = 100;
 /// The largest number of Newton steps per centre.
 const MOST_STEPS: usize = 100;
 
-/// The relative raise of the diagonal of the Hessian: always, and the largest, if a step fails because of directions of
-/// little effect.
+/// The relative increase of the diagonal of the Hessian: always, and the largest, if a step fails because of directions
+/// of little effect.
 const HESSIAN_RAISE: (f64, f64) = (1e-13, 1e-4);
 
-/// The relative accuracy of a step: its result is checked.
+/// The relative accuracy of a step, whose result is checked.
 const STEP_TOLERANCE: f64 = 1e-9;
 
 /// The growth of the weight of lambda from one centre to the next, if the last weight explains the change of lambda.
 const WEIGHT_GROWTH: f64 = 5.0;
 
-/// The least lambda with `Phi(lambda) >= 0` for all of the matrices, plus an allowance for rounding.
+/// Returns the least lambda with `Phi(lambda) >= 0` for all of the matrices, plus an allowance for rounding.
 ///
 /// If D is nearly singular or G is large, large numbers cancel: lambda is then less accurate than its digits suggest.
 pub(in crate::mu) fn least_lambda(all: &[CMat], s: &DgScalings) -> Option<f64> {
@@ -87,7 +87,7 @@ impl Centre {
         let Some(from) = from else { return cold };
         let identity = std::mem::replace(&mut cold.p, cold.family.point(from));
         cold.known = cold.border();
-        // If the known scalings give no better bound than none, they are not used.
+        // The known scalings are not used if they give no better bound than the identity.
         if cold.known.is_some_and(|lambda| lambda < 1.0) {
             cold.near = WARM_START;
             cold.base = cold.family.values(&cold.p).dw;
@@ -97,8 +97,8 @@ impl Centre {
         cold
     }
 
-    /// The least lambda, and an estimate of its excess, relatively at most twice `tight`; or, if `target` is above it,
-    /// `target` at its centre.
+    /// Returns the least lambda, and an estimate of its excess, relatively at most twice `tight`; or, if `target` is
+    /// above it, `target` at its centre.
     pub(in crate::mu) fn least(&mut self, target: f64, tight: f64) -> (f64, f64) {
         let first = self.known.or_else(|| self.border());
         let mut best = (first.unwrap_or(f64::INFINITY), f64::INFINITY);
@@ -125,13 +125,13 @@ impl Centre {
             if self.start.is_empty() || size / weight >= WARM_START * border {
                 self.start.clone_from(&self.p);
             }
-            // Once the shift is gone, lambda is smaller by about as much.
+            // Once the shift is zero, lambda is smaller by about as much.
             let before = self.lambda;
             self.lambda = (self.lambda + self.shift).max(border + 1e-2 * (self.lambda - border).abs());
             self.shift = 0.0;
             self.base = self.family.values(&self.p).dw;
             // If lambda moves by more than the weight explains, D has moved away from D_0, and the least is farther
-            // away: a weight for a nearer one leads along the boundary, where no step gets far.
+            // away: a weight for a nearer one leads along the boundary, where steps are short.
             best.1 = (before - self.lambda).max(size / weight);
             weight = size / (best.1 / WEIGHT_GROWTH).min(self.near * self.lambda);
             if best.0 <= ZERO_MU * ZERO_MU || best.1 <= 2.0 * tight * best.0 || !arrived {
@@ -142,12 +142,12 @@ impl Centre {
         best
     }
 
-    /// The least lambda at a point.
+    /// Returns the least lambda at a point.
     fn border(&self) -> Option<f64> {
         least_lambda(&self.all, &self.family.values(&self.p))
     }
 
-    /// `Phi(lambda) + shift D_0` of each matrix and the blocks of D, factorised; `None` unless all are positive
+    /// Factorises `Phi(lambda) + shift D_0` of each matrix and the blocks of D; `None` unless all are positive
     /// definite.
     fn factors(&self, p: &[f64], shift: f64) -> Option<Factors> {
         let s = self.family.values(p);
@@ -157,8 +157,8 @@ impl Centre {
         Some(Factors { phis, blocks })
     }
 
-    /// Newton's method for the minimum of `weight u - sum log det (Phi(lambda) + u D_0) - log det D`, with u = 0 if
-    /// there is no weight; whether it converges.
+    /// Applies Newton's method to the minimum of `weight u - sum log det (Phi(lambda) + u D_0) - log det D`, with u = 0
+    /// if there is no weight; returns `true` if it converges.
     fn centre(&mut self, weight: Option<f64>) -> bool {
         self.newton(weight).is_some()
     }
@@ -226,7 +226,7 @@ impl Centre {
         None
     }
 
-    /// The derivatives with respect to the shift, whose matrix is D_0.
+    /// Adds the derivatives with respect to the shift, whose matrix is D_0.
     fn add_shift(
         &self,
         at: &AtLambda,
@@ -254,7 +254,7 @@ impl Centre {
     }
 }
 
-/// `W* Phi^-1 W`, W = [I, M*], from the factor of Phi and M*.
+/// Returns `W* Phi^-1 W`, W = [I, M*], from the factor of Phi and M*.
 fn inner(phi: &Factor, adjoint: &CMat) -> Option<CMat> {
     let (rows, cols) = adjoint.shape();
     // L^-1 W.
@@ -265,8 +265,8 @@ fn inner(phi: &Factor, adjoint: &CMat) -> Option<CMat> {
     Some(product(&half.adjoint(), &half))
 }
 
-/// The least lambda with `Phi(lambda) >= 0` for a matrix, from the Cholesky factor of D and the magnitudes of its
-/// inverse, plus an allowance for rounding.
+/// Returns the least lambda with `Phi(lambda) >= 0` for a matrix, from the Cholesky factor of D and the magnitudes of
+/// its inverse, plus an allowance for rounding.
 fn border(m: &CMat, s: &DgScalings, root: &CMat, inverse: &DMatrix<f64>) -> Option<f64> {
     let half = root.solve_lower_triangular(&s.left(m))?;
     let whitened = root.solve_lower_triangular(&half.adjoint())?;
@@ -283,8 +283,8 @@ fn border(m: &CMat, s: &DgScalings, root: &CMat, inverse: &DMatrix<f64>) -> Opti
     for (k, row) in spread.row_iter().enumerate() {
         raised[(k, k)] += Complex::new(terms * f64::EPSILON * row.sum(), 0.0);
     }
-    // An eigenvalue has the rounding of the largest, which may be negative and far larger; a Cholesky factorisation
-    // verifies that it is an upper bound.
+    // The error of an eigenvalue is the rounding of the largest one, which may be negative and far larger; a Cholesky
+    // factorisation verifies that it is an upper bound.
     let largest = hermitian_eigenvalues(&raised).last().copied().filter(|lambda| lambda.is_finite())?;
     let n = raised.nrows();
     let is_above =
@@ -294,10 +294,10 @@ fn border(m: &CMat, s: &DgScalings, root: &CMat, inverse: &DMatrix<f64>) -> Opti
     Some(above.unwrap_or(largest + terms * f64::EPSILON * raised.norm()))
 }
 
-/// Relative raises of an eigenvalue until it is verified.
+/// Relative increases of an eigenvalue until it is verified.
 const RAISES: [f64; 7] = [1e-13, 1e-11, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4];
 
-/// Newton's step at constant trace of D.
+/// Returns Newton's step at constant trace of D.
 fn step(hessian: &DMatrix<f64>, gradient: &[f64], trace: &DVector<f64>) -> Option<DVector<f64>> {
     let system = Definite::new(hessian.clone())?;
     let towards = DVector::from_vec(system.solve_to(gradient, STEP_TOLERANCE));
@@ -305,14 +305,14 @@ fn step(hessian: &DMatrix<f64>, gradient: &[f64], trace: &DVector<f64>) -> Optio
     Some(&across * (trace.dot(&towards) / trace.dot(&across)) - &towards)
 }
 
-/// The Cholesky factor of a positive definite matrix. nalgebra takes the complex root of a negative pivot.
+/// Returns the Cholesky factor of a positive definite matrix. nalgebra takes the complex root of a negative pivot.
 fn cholesky(m: CMat) -> Option<Factor> {
     let factor = Cholesky::new(m)?;
     let sound = factor.l_dirty().diagonal().iter().all(|d| d.re > 0.0 && d.im.abs() <= 1e-9 * d.re);
     sound.then_some(factor)
 }
 
-/// `-sum log det Phi - log det D`.
+/// Returns `-sum log det Phi - log det D`.
 fn barrier(Factors { phis, blocks }: &Factors) -> f64 {
     let half = |f: &Factor| f.l_dirty().diagonal().iter().map(|v| v.re.ln()).sum::<f64>();
     -2.0 * phis.iter().chain(blocks).map(half).sum::<f64>()

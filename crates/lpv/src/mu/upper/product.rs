@@ -5,7 +5,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::Complex;
 
-/// `left right`.
+/// Returns `left right`.
 pub(in crate::mu) fn product(left: &CMat, right: &CMat) -> CMat {
     let mut out = CMat::zeros(left.nrows(), right.ncols());
     let ((m, k), (l, n)) = (left.shape(), right.shape());

@@ -14,22 +14,22 @@ use crate::mu::structure::{Block, Structure};
 use nalgebra::Complex;
 use std::ops::Range;
 
-/// `coefficient w_x w_y*`, by the indices of columns of `W = [I, M*]`.
+/// A term `coefficient w_x w_y*`, by the indices of columns of `W = [I, M*]`.
 #[derive(Debug, Clone, Copy)]
 struct Product {
     x: usize,
     y: usize,
     coefficient: Complex<f64>,
-    /// Whether it is multiplied by lambda.
+    /// `true` if it is multiplied by lambda.
     scaled: bool,
 }
 
 /// The contributions of one unknown.
 #[derive(Debug, Clone)]
 struct Unknown {
-    /// To Phi.
+    /// Contributions to Phi.
     products: Vec<Product>,
-    /// To D: the block, and the entries `(i, j, value)` of its matrix. Empty for an unknown of G.
+    /// Contribution to D: the block, and the entries `(i, j, value)` of its matrix. Empty for an unknown of G.
     block: usize,
     entries: Vec<(usize, usize, Complex<f64>)>,
     is_g: bool,
@@ -58,7 +58,7 @@ pub struct DgScalings {
 const J: Complex<f64> = Complex::new(0.0, 1.0);
 const ONE: Complex<f64> = Complex::new(1.0, 0.0);
 
-/// A basis of the Hermitian r x r matrices over the reals, each as a list of entries.
+/// Returns a basis of the Hermitian r x r matrices over the reals, each as a list of entries.
 fn hermitian_basis(r: usize) -> Vec<Vec<(usize, usize, Complex<f64>)>> {
     let mut out = vec![];
     for k in 0..r {
@@ -81,7 +81,7 @@ struct Weighted {
 
 /// All products of all unknowns at one lambda.
 pub(in crate::mu) struct AtLambda {
-    /// The products of unknown i are `products[starts[i]..starts[i + 1]]`.
+    /// The products; those of unknown i are `products[starts[i]..starts[i + 1]]`.
     products: Vec<Weighted>,
     starts: Vec<usize>,
     /// The products without those that are the adjoint of another one, which is doubled instead.
@@ -94,7 +94,7 @@ impl AtLambda {
         &self.products[self.starts[i]..self.starts[i + 1]]
     }
 
-    /// `tr(F_i N)` for every unknown, where `product(y, x)` gives the entries of `W* N W`.
+    /// Returns `tr(F_i N)` for every unknown, where `product(y, x)` gives the entries of `W* N W`.
     pub(in crate::mu) fn along(
         &self,
         product: impl Fn(usize, usize) -> Complex<f64>,
@@ -125,7 +125,7 @@ impl AtLambda {
         }
     }
 
-    /// A bound of the sum of the absolute terms of the curvature along an unknown.
+    /// Returns a bound of the sum of the absolute terms of the curvature along an unknown.
     fn curvature_terms(&self, i: usize, inner: &CMat) -> f64 {
         let pairs = self.products(i).iter().flat_map(|p| self.products(i).iter().map(move |q| (p, q)));
         pairs.map(|(p, q)| (p.weight * q.weight * inner[(q.y, p.x)] * inner[(p.y, q.x)]).l1_norm()).sum()
@@ -175,7 +175,7 @@ impl Family {
         self.unknowns.len()
     }
 
-    /// D = I and G = 0; also the gradient of the trace of D, in which a full block has weight one.
+    /// Returns D = I and G = 0; also the gradient of the trace of D, in which a full block has weight one.
     pub(in crate::mu) fn identity(&self) -> Vec<f64> {
         let on_diagonal = |u: &Unknown| !u.is_g && u.entries.len() == 1;
         self.unknowns.iter().map(|u| if on_diagonal(u) { 1.0 } else { 0.0 }).collect()
@@ -204,7 +204,7 @@ impl Family {
         DgScalings { dw, dz, g }
     }
 
-    /// The blocks of D, a full one as 1 x 1.
+    /// Returns the blocks of D, a full one as 1 x 1.
     pub(in crate::mu) fn d_blocks(&self, s: &DgScalings) -> Vec<CMat> {
         let part = |(kind, w, _): &(Block, Range<usize>, Range<usize>)| {
             let n = if matches!(kind, Block::Full { .. }) { 1 } else { w.len() };
@@ -213,7 +213,7 @@ impl Family {
         self.places.iter().map(part).collect()
     }
 
-    /// The products at one lambda.
+    /// Returns the products at one lambda.
     pub(in crate::mu) fn at(&self, lambda: f64) -> AtLambda {
         let mut at = AtLambda { products: vec![], starts: vec![0], halves: vec![], half_starts: vec![0] };
         for unknown in &self.unknowns {
@@ -232,8 +232,8 @@ impl Family {
         at
     }
 
-    /// Gradient and Hessian of `-sum log det Phi(lambda) - log det D`, with `W* Phi^-1 W` of each matrix and the
-    /// inverses of D's blocks.
+    /// Computes gradient and Hessian of `-sum log det Phi(lambda) - log det D`, with `W* Phi^-1 W` of each matrix and
+    /// the inverses of D's blocks.
     ///
     /// Unknowns of G without effect, because they meet zeros of M, are fixed: one on the diagonal, zero in the rest of
     /// the row.
@@ -284,7 +284,8 @@ impl Family {
         }
     }
 
-    /// The point of scalings, scaled to the trace of D of the identity. The inverse of [`Self::values`] up to a factor.
+    /// Returns the point of scalings, scaled to the trace of D of the identity: the inverse of [`Self::values`] up to a
+    /// factor.
     pub(in crate::mu) fn point(&self, s: &DgScalings) -> Vec<f64> {
         let value = |u: &Unknown| {
             let (_, w, z) = &self.places[u.block];
@@ -304,35 +305,35 @@ impl Family {
 const CANCELLED: f64 = 1e-12;
 
 impl DgScalings {
-    /// `M* D_z M + j (G M - M* G)`, which must be below `lambda D_w`.
+    /// Returns `M* D_z M + j (G M - M* G)`, which must be below `lambda D_w`.
     pub fn left(&self, m: &CMat) -> CMat {
         // (M* D_z/2 + j G) M and its adjoint.
         let half = product(&(product(&m.adjoint(), &self.dz) * Complex::new(0.5, 0.0) + &self.g * J), m);
         &half + half.adjoint()
     }
 
-    /// The scalings of some entries of z and of w.
+    /// Returns the scalings of some entries of z and of w.
     pub(in crate::mu) fn cut(&self, z: &[usize], w: &[usize]) -> Self {
         let part = |m: &CMat, rows: &[usize], cols: &[usize]| m.select_rows(rows).select_columns(cols);
         Self { dw: part(&self.dw, w, w), dz: part(&self.dz, z, z), g: part(&self.g, w, z) }
     }
 
-    /// Sets the scalings of some entries of z and of w, times a weight.
+    /// Sets the scalings of some entries of z and of w to those given, times a weight.
     pub(in crate::mu) fn set(&mut self, z: &[usize], w: &[usize], given: &Self, weight: f64) {
-        let put = |to: &mut CMat, rows: &[usize], cols: &[usize], from: &CMat| {
+        let copy = |to: &mut CMat, rows: &[usize], cols: &[usize], from: &CMat| {
             for (i, row) in rows.iter().enumerate() {
                 for (j, col) in cols.iter().enumerate() {
                     to[(*row, *col)] = from[(i, j)] * weight;
                 }
             }
         };
-        put(&mut self.dw, w, w, &given.dw);
-        put(&mut self.dz, z, z, &given.dz);
-        put(&mut self.g, w, z, &given.g);
+        copy(&mut self.dw, w, w, &given.dw);
+        copy(&mut self.dz, z, z, &given.dz);
+        copy(&mut self.g, w, z, &given.g);
     }
 
-    /// The scalings of `M` from those of `T_z M T_w^-1 / size` with diagonal T, the coordinates `w = T_w w~`, `z = T_z
-    /// z~`.
+    /// Returns the scalings of `M` from those of `T_z M T_w^-1 / size` with diagonal T, the coordinates `w = T_w w~`,
+    /// `z = T_z z~`.
     pub(in crate::mu) fn undone(&self, tw: &[f64], tz: &[f64], size: f64) -> Self {
         let scaled = |m: &CMat, left: &[f64], right: &[f64], by: f64| {
             CMat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (left[i] * right[j] * by))
@@ -344,7 +345,7 @@ impl DgScalings {
         }
     }
 
-    /// The inverse of [`Self::undone`].
+    /// Returns the inverse of [`Self::undone`].
     pub(in crate::mu) fn redone(&self, tw: &[f64], tz: &[f64], size: f64) -> Self {
         let inverse = |t: &[f64]| t.iter().map(|v| 1.0 / v).collect::<Vec<f64>>();
         self.undone(&inverse(tw), &inverse(tz), 1.0 / size)

@@ -13,11 +13,11 @@ pub struct ConstantLoop {
     pub errors: Vec<LoopError>,
 }
 
-/// The filters `1/(s + pole)` on the channels of a parameter with a rate of at most `rate`: more poles let the
-/// multipliers vary more with frequency.
+/// The filters `1/(s + pole)` on the channels of a parameter with a rate of at most `rate`: more poles allow the
+/// multipliers to vary more with frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Filters {
-    /// rad/s, above 0.
+    /// Poles, rad/s, above 0.
     pub poles: Vec<f64>,
     /// Bound on the rate of the parameter, 1/s; 0 for a constant one.
     pub rate: f64,
@@ -32,7 +32,7 @@ pub(super) struct FilteredChannel {
 }
 
 impl ConstantLoop {
-    /// The channels with filters: parameter by parameter, pole by pole.
+    /// Returns the channels with filters: parameter by parameter, pole by pole.
     pub(super) fn filtered(&self) -> impl Iterator<Item = FilteredChannel> + '_ {
         let channels_of = |parameter: usize| {
             let channels = self.closed.channels.iter().enumerate();

@@ -7,14 +7,14 @@ use crate::system::{LoopError, StateSpace, middle_of_gramians};
 /// The augmented loop, as maps from `(x, f | wt, v, w_D, w)`: f are the states of the filters of zt, then of wt; v is
 /// the contribution of the parameters' rates to the filters of wt. `x~ = back x`.
 pub(super) struct Filtered {
-    /// To x' and f'.
+    /// Map to x' and f'.
     pub(super) dynamics: Mat,
-    /// To the channels zt and wt and the filtered ones, then to the channels of the rates.
+    /// Map to the channels zt and wt and the filtered ones, then to the channels of the rates.
     pub(super) into: Mat,
     pub(super) from: Mat,
-    /// To z_D and w_D of each model error.
+    /// Maps to z_D and w_D of each model error.
     pub(super) errors: Vec<(Mat, Mat)>,
-    /// To z.
+    /// Map to z.
     pub(super) output: Mat,
     /// Sizes of (x, f) and w.
     pub(super) states: usize,
@@ -29,7 +29,7 @@ pub(super) struct Filtered {
 }
 
 impl Filtered {
-    /// The augmented loop with `zt = scale zt~`, `wt = scale wt~`, and w and z in units in which a gain of `unit` is 1.
+    /// Builds the augmented loop with `zt = scale zt~`, `wt = scale wt~`, and w and z in units in which `unit` is 1.
     pub(super) fn new(of: &ConstantLoop, unit: f64, scale: &Mat) -> Self {
         let inverse = scale.map(|s| if s > 0.0 { 1.0 / s } else { 0.0 });
         let n = of.closed.a().nrows();
@@ -47,10 +47,10 @@ impl Filtered {
         let (r, w, k, v) = (l.channels.len(), l.b1().ncols(), filtered.len(), moving.len());
         let deltas: usize = errors.iter().map(|e| e.e.ncols()).sum();
         let zeros = Mat::zeros;
-        // The first columns of the filters' states, wt, v and w_D, and the end.
+        // Indices of the first columns of the filters' states, wt, v and w_D, and the end.
         let (of_zt, of_wt, wt) = (n, n + k, n + 2 * k);
         let (rate, delta) = (wt + r, wt + r + v);
-        let place =
+        let select =
             |rows: usize, at: usize| Mat::from_fn(rows, delta + deltas + w, |i, j| f64::from(j == at + i));
         let row = |x: &Mat, t: &Mat, e: &Mat, w: &Mat| {
             let rows = x.nrows();
@@ -59,13 +59,13 @@ impl Filtered {
         let zt = row(&l.ct(), &l.dtt(), &zeros(r, deltas), &l.dt1());
         let all_e = errors.iter().fold(zeros(n, 0), |all, e| block(&[&[&all, &e.e]]));
         let decay = diagonal(filters.iter().map(|f| f.pole));
-        let filter_z = zt.select_rows(&filtered) - &decay * place(k, of_zt);
-        let mut filter_w = place(r, wt).select_rows(&filtered) - &decay * place(k, of_wt);
+        let filter_z = zt.select_rows(&filtered) - &decay * select(k, of_zt);
+        let mut filter_w = select(r, wt).select_rows(&filtered) - &decay * select(k, of_wt);
         moving.iter().enumerate().for_each(|(i, at)| filter_w[(*at, rate + i)] = 1.0);
         let mut at = delta;
         let errors = errors.iter().map(|e| {
             let into = row(&e.fx, &e.ft, &zeros(e.fx.nrows(), deltas), &e.fw);
-            let from = place(e.e.ncols(), at);
+            let from = select(e.e.ncols(), at);
             at += e.e.ncols();
             (into, from)
         });
@@ -78,8 +78,8 @@ impl Filtered {
         let of_rate = moving.iter().map(|i| of.filters.len() + l.channels[filtered[*i]]);
         Self {
             dynamics: block(&[&[&row(&l.a(), &l.bt(), &all_e, &l.b1())], &[&filter_z], &[&filter_w]]),
-            into: block(&[&[&zt], &[&place(k, of_zt)], &[&(rates * place(k, of_zt).select_rows(&moving))]]),
-            from: block(&[&[&place(r, wt)], &[&place(k, of_wt)], &[&place(v, rate)]]),
+            into: block(&[&[&zt], &[&select(k, of_zt)], &[&(rates * select(k, of_zt).select_rows(&moving))]]),
+            from: block(&[&[&select(r, wt)], &[&select(k, of_wt)], &[&select(v, rate)]]),
             errors,
             output,
             states: n + 2 * k,
@@ -91,7 +91,7 @@ impl Filtered {
         }
     }
 
-    /// The loop in coordinates of its first `loop_states` states in which its gramians are equal and diagonal.
+    /// Returns the loop in coordinates of its first `loop_states` states in which its gramians are equal and diagonal.
     pub(super) fn balanced(mut self) -> Option<Self> {
         let states = self.loop_states;
         let (n, m) = (self.states, self.dynamics.ncols() - self.states);

@@ -1,4 +1,4 @@
-//! The inequality for constant parameters at single frequencies: without X, which has most of the unknowns.
+//! The inequality for constant parameters at single frequencies, without X, which has most of the unknowns.
 //!
 //! With the response `xi = [(x, f); u]` at `s = j omega` of the states to `u = (wt, v, w_D, w)`, the terms of X vanish,
 //! and the inequality is that of a Hermitian matrix, `xi* M xi < 0` with the symmetric M of [`Multipliers::form`]. As
@@ -35,7 +35,7 @@ pub(super) struct Multipliers {
 }
 
 impl Response {
-    /// The response at omega, rad/s; at infinity only the inputs remain. `None` at a pole.
+    /// Returns the response at omega, rad/s; at infinity only the inputs remain. `None` at a pole.
     pub(super) fn new(filtered: &Filtered, omega: f64) -> Option<Self> {
         let (n, all) = (filtered.states, filtered.dynamics.ncols());
         let (m, k) = (all - n, filtered.loop_states);
@@ -68,7 +68,7 @@ impl Response {
         Some(Self { halves })
     }
 
-    /// Minus the real inequality with the form M, without the rows z.
+    /// Returns minus the real inequality with the form M, without the rows z.
     pub(super) fn value(&self, form: &Mat) -> Mat {
         let m = self.halves[0].ncols();
         -self.halves.iter().fold(Mat::zeros(m, m), |sum, u| sum + u.transpose() * (form * u))
@@ -85,7 +85,7 @@ impl Unknowns {
         }
     }
 
-    /// A starting point: identities.
+    /// Returns a starting point: identities.
     pub(super) fn first(&self, program: &Program, filtered: &Filtered) -> Vec<f64> {
         let mut point = vec![0.0; program.unknowns()];
         let one = Mat::identity(1, 1);
@@ -95,7 +95,7 @@ impl Unknowns {
         point
     }
 
-    /// The matrices that must be positive: S of each parameter and each rate, and every lambda.
+    /// Returns the matrices that must be positive: S of each parameter and each rate, and every lambda.
     pub(super) fn signs(&self, of: &ConstantLoop, filtered: &Filtered) -> Vec<Affine> {
         let unit = Mat::identity(filtered.channels.len(), filtered.channels.len());
         let channels_of = |parameter: usize| -> Vec<usize> {
@@ -106,7 +106,8 @@ impl Unknowns {
         each.chain(self.lambdas.iter().cloned()).filter(|e| e.shape().0 > 0).collect()
     }
 
-    /// The inequality at a frequency, with the margin `clear (|x|^2 + |f|^2 + |u|^2)`, rows (u | z), required positive.
+    /// Returns the inequality at a frequency, with the margin `clear (|x|^2 + |f|^2 + |u|^2)`, rows (u | z), as
+    /// positive.
     pub(super) fn at(&self, program: &Program, response: &Response, f: &Filtered, clear: f64) -> LowRank {
         let (all, z) = (f.dynamics.ncols(), f.output.nrows());
         let last = Mat::identity(all, all).rows(all - f.inputs, f.inputs).into_owned();
@@ -135,10 +136,10 @@ impl Unknowns {
             return LowRank::real(half, &constant);
         }
         // Real and imaginary parts of u, then those of z.
-        let turn = [(0, m / 2), (m, z)].into_iter().flat_map(|(at, size)| {
+        let rotation = [(0, m / 2), (m, z)].into_iter().flat_map(|(at, size)| {
             (0..2 * size).map(move |i| if i < size { (at + i + size, -1.0) } else { (at + i - size, 1.0) })
         });
-        LowRank::hermitian(half, &constant, turn.collect())
+        LowRank::hermitian(half, &constant, rotation.collect())
     }
 
     pub(super) fn values(&self, program: &Program, point: &[f64]) -> Multipliers {
@@ -153,7 +154,7 @@ impl Unknowns {
 }
 
 impl Multipliers {
-    /// The symmetric matrix of the form of (x, f, u), without X.
+    /// Returns the symmetric matrix of the form of (x, f, u), without X.
     pub(super) fn form(&self, f: &Filtered) -> Mat {
         let all = f.dynamics.ncols();
         let square = |m: &Mat, s: &Mat| m.transpose() * s * m;

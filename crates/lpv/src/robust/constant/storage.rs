@@ -3,13 +3,13 @@
 use crate::matrix::{Mat, block, growing_basis, scaled_largest_eigenvalue, solve, symmetric_part};
 use crate::system::lyapunov;
 
-/// Margins by which the inequality is tightened, tried in turn.
+/// Margins by which the inequality is tightened, in the order tried.
 const MARGINS: [f64; 7] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10];
 
-/// The number of Newton steps for X while rounding hides that the inequality holds.
+/// The number of Newton steps for X as long as rounding prevents a proof of the inequality.
 const REFINEMENTS: usize = 3;
 
-/// X with `[A'X + XA, XB; B'X, 0] + M < 0`, and the largest eigenvalue there, scaled; `None` if none was found.
+/// Returns X with `[A'X + XA, XB; B'X, 0] + M < 0`, and the largest eigenvalue there, scaled; `None` if none was found.
 ///
 /// A is n x n, B n x m, M symmetric, (n + m) x (n + m).
 pub(super) fn storage(dynamics: &Mat, form: &Mat) -> Option<(Mat, f64)> {
@@ -29,7 +29,7 @@ pub(super) fn storage(dynamics: &Mat, form: &Mat) -> Option<(Mat, f64)> {
     })
 }
 
-/// `[A'X + XA, XB; B'X, 0] + M`.
+/// Returns `[A'X + XA, XB; B'X, 0] + M`.
 fn inequality(dynamics: &Mat, form: &Mat, x: &Mat) -> Mat {
     let mut main = form.clone();
     let product = x * dynamics;
@@ -62,8 +62,8 @@ impl Riccati {
         Self { a, b, q: part(0, 0, n, n), s: part(0, n, n, m), r: part(n, n, m, m) }
     }
 
-    /// The solution with a stable `A + B K`, `K = -R^-1 (B'X + S')`; `None` if the inequality does not hold at every
-    /// frequency. (The other extremal X does not exist if two filters have the same input.)
+    /// Returns the solution with a stable `A + B K`, `K = -R^-1 (B'X + S')`; `None` if the inequality does not hold at
+    /// every frequency. (The other extremal X does not exist if two filters have the same input.)
     ///
     /// J. C. Willems, IEEE Trans. Automatic Control 16(6), 1971.
     fn stabilising(&self) -> Option<Mat> {
@@ -80,8 +80,8 @@ impl Riccati {
         Some(symmetric_part(&solve(&upper.transpose(), &lower.transpose())?))
     }
 
-    /// An X with about twice as many digits: that of `(A + BK)'X + X(A + BK) + [I; K]'[Q S; S' R][I; K] = 0` with the K
-    /// of the previous one. D. L. Kleinman, IEEE Trans. Automatic Control 13(1), 1968.
+    /// Returns X with about twice as many digits: that of `(A + BK)'X + X(A + BK) + [I; K]'[Q S; S' R][I; K] = 0` with
+    /// the K of the previous one. D. L. Kleinman, IEEE Trans. Automatic Control 13(1), 1968.
     fn refined(&self, x: &Mat) -> Option<Mat> {
         let Self { a, b, q, s, r } = self;
         let k = -solve(r, &(s.transpose() + b.transpose() * x))?;
@@ -96,8 +96,8 @@ mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
-    /// `x' = -x + u` with the form `x^2/2 - u^2`: `-2X + 1/2 + X^2 = 0`, with the stabilising solution `1 - 1/sqrt(2)`.
-    /// Newton's error is at most the square of the previous one over `2 (1 - X)`.
+    /// The form `x^2/2 - u^2` for `x' = -x + u` gives `-2X + 1/2 + X^2 = 0`, with the stabilising solution
+    /// `1 - 1/sqrt(2)`. Newton's error is at most the square of the previous one over `2 (1 - X)`.
     #[test]
     fn a_refined_solution_has_twice_the_digits() {
         let riccati = Riccati::new(&dmatrix![-1.0, 1.0], &dmatrix![0.5, 0.0; 0.0, -1.0], 0.0);

@@ -22,16 +22,16 @@ pub(super) struct Descent<'a> {
     limits: Limits,
     /// The bound of the design in balanced coordinates.
     bound: GainBound,
-    /// The states, or channels, of the plant.
+    /// The number of states, or channels, of the plant.
     of_plant: usize,
-    /// The controllers within the limits at frozen parameters, the smallest first, with what they keep.
+    /// The controllers within the limits at frozen parameters, the smallest first, with the number that each keeps.
     controllers: Vec<(usize, Controller)>,
-    /// The bounds found so far by index among the controllers, and `None` where none was found.
+    /// The bounds found so far by index among the controllers, and `None` if none was found.
     found: BTreeMap<usize, Option<GainBound>>,
 }
 
 impl<'a> Descent<'a> {
-    /// `None` if nothing can be balanced.
+    /// Balances the design; `None` if nothing can be balanced.
     pub(super) fn of(
         plant: &'a GeneralisedPlant,
         design: &Design,
@@ -71,14 +71,14 @@ impl<'a> Descent<'a> {
         Some(Self { plant, design: design.clone(), part, limits, bound, of_plant, controllers, found })
     }
 
-    /// The number of controllers.
+    /// Returns the number of controllers.
     pub(super) fn sizes(&self) -> usize {
         self.controllers.len()
     }
 
-    /// The design with the controller at an index, the smallest first, if a bound of it is found. The search for one
-    /// begins with the matrices of the next larger one that has one, restricted to what remains; if nothing is found,
-    /// with those of the others, and of the design.
+    /// Returns the design with the controller at an index, the smallest first, if a bound of it is found. The search
+    /// starts from the matrices of the next larger one with a bound, restricted to the remaining rows; if nothing is
+    /// found, from those of the others, and of the design.
     pub(super) fn at(&mut self, index: usize) -> Option<Design> {
         let (kept, controller) = &self.controllers[index];
         if !self.found.contains_key(&index) {
@@ -94,7 +94,7 @@ impl<'a> Descent<'a> {
         Some(Design { controller: controller.clone(), certified, ..self.design.clone() })
     }
 
-    /// The descent with the index of the smallest controller for which a bound is found, by bisection.
+    /// Returns the descent with the index of the smallest controller for which a bound is found, by bisection.
     pub(super) fn smallest(mut self) -> Option<(Self, usize)> {
         let (mut low, mut high) = (0, self.sizes());
         let mut middle = 0;
@@ -114,7 +114,7 @@ impl<'a> Descent<'a> {
     }
 }
 
-/// The matrices of a bound in coordinates `x = T x~`, or of the channels: a start for a search, not a bound.
+/// Returns a bound's matrices in coordinates `x = T x~`, or of the channels: a start for a search, not a bound.
 fn in_coordinates(bound: &GainBound, part: Part, transform: &Mat) -> GainBound {
     let of = |m: &Mat| transform.transpose() * m * transform;
     match part {

@@ -1,4 +1,4 @@
-//! Smaller controllers, and what they are judged by: frozen gains, Gramians in the loop, a bound.
+//! Smaller controllers, and the criteria for them: frozen gains, Gramians in the loop, a bound.
 
 use crate::analysis::bounded_gain::{balanced_start, bounded_gain};
 use crate::analysis::gain_bound::GainBound;
@@ -19,14 +19,14 @@ const FROZEN: usize = 9;
 /// The largest excess of a bound without parameters over the norm, relative.
 const SLACK: f64 = 0.02;
 
-/// What is removed from a controller.
+/// The removed parts of a controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Part {
     States,
     Channels,
 }
 
-/// What a smaller controller must keep to.
+/// The requirements on a smaller controller.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limits {
     /// The bound on the loop's gain.
@@ -35,7 +35,7 @@ pub(super) struct Limits {
     pub(super) fastest_mode: Option<f64>,
 }
 
-/// A bound of the loop, if it is at most `most`, sought from the matrices of a similar loop.
+/// Returns a bound of the loop, if it is at most `most`, searched from the matrices of a similar loop.
 pub(super) fn bounded(
     plant: &GeneralisedPlant,
     k: &Controller,
@@ -51,7 +51,7 @@ pub(super) fn bounded(
     (found.gamma <= most).then_some(found)
 }
 
-/// The frozen parameters: the same value for each.
+/// Returns the frozen parameters: the same value for each.
 fn frozen_parameters(plant: &GeneralisedPlant) -> Vec<Vec<f64>> {
     match plant.blocks.len() {
         1 => evenly_spread(FROZEN).map(|theta| vec![theta]).collect(),
@@ -59,7 +59,7 @@ fn frozen_parameters(plant: &GeneralisedPlant) -> Vec<Vec<f64>> {
     }
 }
 
-/// The largest gain of the loop frozen at parameters; `None` if it is unstable or not well posed somewhere.
+/// Returns the largest gain of the loop frozen at parameters; `None` if it is unstable or ill posed at one.
 pub(super) fn frozen_gain(plant: &GeneralisedPlant, k: &Controller) -> Option<f64> {
     let closed = plant.close(k);
     let gain = |theta: Vec<f64>| {
@@ -69,8 +69,8 @@ pub(super) fn frozen_gain(plant: &GeneralisedPlant, k: &Controller) -> Option<f6
     frozen_parameters(plant).into_par_iter().map(gain).try_reduce(|| 0.0, |most, gain| Some(most.max(gain)))
 }
 
-/// Reachability and observability of the controller's states, or of its channels, in the loop, summed over frozen
-/// parameters. A channel is reached by zk, and seen through a signal added to wk.
+/// Returns reachability and observability of the controller's states, or of its channels, in the loop, summed over
+/// frozen parameters. A channel is controlled by zk and observed through a signal added to wk.
 pub(super) fn gramians(plant: &GeneralisedPlant, k: &Controller, part: Part) -> Option<[Mat; 2]> {
     let closed = plant.close(k);
     let (all, own) = match part {
@@ -106,7 +106,7 @@ pub(super) fn gramians(plant: &GeneralisedPlant, k: &Controller, part: Part) -> 
     Some(sums.map(filled))
 }
 
-/// The bound of the loop of a plant without parameters by a Riccati equation, if it is at most `most`.
+/// Returns the bound of the loop of a plant without parameters by a Riccati equation, if it is at most `most`.
 pub(super) fn without_parameters(
     plant: &GeneralisedPlant,
     controller: &Controller,
@@ -119,24 +119,24 @@ pub(super) fn without_parameters(
     closed.bound(closed.guess(), most, SLACK)
 }
 
-/// A gramian regularised at rounding level, so that it has a Cholesky factor.
+/// Returns a gramian regularised at rounding level, so that it has a Cholesky factor.
 fn filled(gramian: Mat) -> Mat {
     let n = gramian.nrows();
     let size = 1e-12 * gramian.trace().max(f64::MIN_POSITIVE);
     gramian + Mat::identity(n, n) * size
 }
 
-/// The controller of one parameter with the channels after the first `kept` left out.
+/// Returns the controller of one parameter with the channels after the first `kept` left out.
 pub(super) fn with_channels(k: &Controller, kept: usize) -> Option<Controller> {
     Some(Controller { parts: k.parts.resized(T, kept), blocks: vec![kept] })
 }
 
-/// The controller with the states after the first `kept` left out.
+/// Returns the controller with the states after the first `kept` left out.
 pub(super) fn truncated(k: &Controller, kept: usize) -> Option<Controller> {
     Some(Controller { parts: k.parts.resized(X, kept), blocks: k.blocks.clone() })
 }
 
-/// The controller with the states after the first `kept` residualised.
+/// Returns the controller with the states after the first `kept` residualised.
 pub(super) fn residualised(k: &Controller, kept: usize) -> Option<Controller> {
     let sizes = k.parts.sizes();
     let n = sizes.x;
