@@ -72,9 +72,9 @@ pub enum CandidateStatus {
     Written,
     /// Fully evaluated and rejected, with the reason.
     Rejected(String),
-    /// Not fully evaluated, because the margin (%) of a key is too small.
+    /// Evaluated at few speeds only, because the margin (%) of a key is too small.
     InsufficientMargin(&'static str, String),
-    /// No full evaluation.
+    /// Evaluated at few speeds only.
     NotEvaluated,
 }
 

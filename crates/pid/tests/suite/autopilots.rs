@@ -40,7 +40,7 @@ control_modes: # α
 const MSS: &str = "%{\nKp_theta = 1.0;\n%}\nKp_z = 0.1;  % depth\nKp_theta = 5.33; Ki_theta = 0.43; % pitch\n\
     self.Kd_theta = 10.7  # rate\ndelta_s = -Kp_theta * ssa(theta - theta_d) - Kd_theta * q;\n";
 
-/// Data that each file lacks.
+/// Returns the data that the file of an autopilot lacks.
 fn missing(autopilot: Autopilot) -> Missing {
     match autopilot {
         Autopilot::ArduSub => Missing { full_output: Some(40.0), ..Missing::default() },
