@@ -167,9 +167,9 @@ fn upper_curve(
         let curve: Vec<(f64, f64)> = points.iter().map(|p| (p.omega, p.value)).collect();
         let Some(omega) = roughest(&curve) else { break };
         let index = points.partition_point(|p| p.omega < omega);
-        let bounds = [index - 1, index].map(|i| at(omega, Some(&points[i].start)));
-        let bounds: Vec<Drawn> = bounds.into_iter().flatten().collect::<Result<_, _>>()?;
-        let Some(lowest) = bounds.into_iter().min_by(|a, b| a.value.total_cmp(&b.value)) else { break };
+        let repeated = [index - 1, index].map(|i| at(omega, Some(&points[i].start)));
+        let repeated: Vec<Drawn> = repeated.into_iter().flatten().collect::<Result<_, _>>()?;
+        let Some(lowest) = repeated.into_iter().min_by(|a, b| a.value.total_cmp(&b.value)) else { break };
         points.insert(index, lowest);
     }
     from_neighbours(&mut points, &at)?;
