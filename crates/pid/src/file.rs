@@ -105,7 +105,7 @@ const FORMS: [&str; 2] = ["scheduled output", "scheduled input"];
 /// Reads a file that contains only `[controller]`.
 ///
 /// # Errors
-/// [`FileError`]: every mistake with file, line, key, its value and what is allowed.
+/// [`FileError`] with file, line, key, value and allowed values of every mistake.
 pub fn read_file(text: &str, file: &str) -> Result<Pid, FileError> {
     let document = Document::parse(text, file)?;
     let root = document.root();

@@ -136,7 +136,7 @@ impl Affine {
 /// Number of speeds at which the signs of gains are checked.
 const SIGN_SAMPLES: usize = 101;
 
-/// Signals over `[x; y]` while the cascade is being built.
+/// Cascade under construction; signals are rows over `[x; y]`.
 struct Builder<'a> {
     pid: &'a Pid,
     vehicle: Vehicle<'a>,
@@ -154,8 +154,8 @@ impl Structure {
     /// Builds the cascade of a file for a vehicle and the signals of a design.
     ///
     /// # Errors
-    /// [`FileError`] with the first value that does not fit: an unknown unit, a gain of the wrong sign, an integrator
-    /// without gain, a signal that the design does not have.
+    /// [`FileError`] with the first invalid value: an unknown unit, a gain of the wrong sign, an integrator without
+    /// gain, a signal that the design does not have.
     pub fn new(pid: &Pid, vehicle: Vehicle<'_>) -> Result<Self, FileError> {
         let y = vehicle.layout.references.len() + vehicle.layout.measurements.len();
         let mut builder = Builder {
@@ -388,7 +388,7 @@ impl Builder<'_> {
         let (depth_reference, unit) = self.reference("depth", depth.line, "controller.depth")?;
         let (found, _) = self.measured("depth", depth.line, "controller.depth")?;
         let error = depth_reference - found;
-        // At positive speed the bow must rise to reduce depth.
+        // The bow must rise to reduce depth at positive speed.
         let ahead = self.vehicle.scheduling.0.signum();
         let kp = self.coefficients(&depth.kp, &pitch_units(Role::Proportional), Some(ahead))?[0];
         let mut reference = &error * -kp;

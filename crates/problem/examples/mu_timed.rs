@@ -13,23 +13,23 @@ use std::error::Error;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// The median time of a call in seconds, after an uncounted first one, and the last answer.
+/// Returns the median time of a call in seconds, without the first call, and the last result.
 fn timed<T, E>(calls: usize, mut call: impl FnMut() -> Result<T, E>) -> Result<(f64, T), E> {
-    let mut answer = call()?;
+    let mut result = call()?;
     let mut seconds = Vec::with_capacity(calls);
     for _ in 0..calls {
         let begin = Instant::now();
-        answer = black_box(call()?);
+        result = black_box(call()?);
         seconds.push(begin.elapsed().as_secs_f64());
     }
     seconds.sort_by(f64::total_cmp);
-    Ok((seconds[calls / 2], answer))
+    Ok((seconds[calls / 2], result))
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut words = std::env::args().skip(1);
-    let path = words.next().ok_or("a file is needed: a problem of `squid lpv mu`")?;
-    let calls = words.next().map_or(Ok(1), |word| word.parse::<usize>())?.max(1);
+    let mut arguments = std::env::args().skip(1);
+    let path = arguments.next().ok_or("a file is needed: a problem of `squid lpv mu`")?;
+    let calls = arguments.next().map_or(Ok(1), |count| count.parse::<usize>())?.max(1);
     let MuProblem { perturbed, structure, .. } = mu_problem(&Source::read(path.as_ref())?)?;
     let report = match perturbed {
         Perturbed::Matrix(m) => {

@@ -1,9 +1,9 @@
-//! Designs a controller for a plant in a file, and prints the time of each part: `timed FILE.json [RATE]`.
+//! Designs a controller for the plant of a file, and prints the time of each stage: `timed FILE.json [RATE]`.
 //!
 //! With a rate only the least gamma of controllers for a parameter of that rate is computed. For a certificate of
-//! constant parameters the bound for the loop of its plant and controller is computed, within a per cent. The file is a
-//! problem of `squid lpv synth` or a certificate. The JSON object printed has the seconds of the least gamma and of the
-//! complete design, both gammas and, for a plant without parameters, the controller's matrices.
+//! constant parameters the bound for the loop of its plant and controller is computed, within one per cent. The file is
+//! a problem of `squid lpv synth` or a certificate. The JSON object printed has the seconds of the least gamma and of
+//! the complete design, both gammas and, for a plant without parameters, the controller's matrices.
 
 use serde_json::{Value, json};
 use squid_certificate::Certificate;
@@ -19,7 +19,7 @@ use squid_proof::same_plant::plant_with;
 use std::error::Error;
 use std::time::Instant;
 
-/// The loop of a certificate, with the filters and errors of its claim about constant parameters.
+/// Returns the loop of a certificate, with the filters and errors of its claim about constant parameters.
 fn constant_loop(
     file: &Certificate,
     claim: &squid_certificate::Constant,
@@ -43,7 +43,7 @@ fn constant_loop(
     Ok(ConstantLoop { closed: plant.close(&controller), filters, errors })
 }
 
-/// The relative tolerance of the bound for constant parameters, as in `squid design --constant`.
+/// Relative tolerance of the bound for constant parameters, as in `squid design --constant`.
 const CLOSE: f64 = 0.01;
 
 fn main() -> Result<(), Box<dyn Error>> {

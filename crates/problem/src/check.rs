@@ -14,13 +14,13 @@ use squid_proof::error::ProofError;
 pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
     let certificate = parse(&certificate.text, &certificate.name)?;
     let of = &certificate.plant;
-    // The file of a closed loop has no matrices of controls and measurements.
+    // The file of a closed loop has no matrices for controls and measurements.
     let is_finished = of.c2.is_empty() && of.d12.iter().all(Vec::is_empty);
     let read = if is_finished { finished } else { read_problem };
     let Problem { plant, d22, rate, discrete } = read(problem)?;
     let is_discrete = discrete.is_some();
     let (plant, d22) = discrete.map_or((plant, d22), |given| (given.plant, given.d22));
-    // Without the claim `rate`, that for any rate holds.
+    // A certificate without the claim `rate` may hold for any rate.
     let any_rate = certificate.gain().map_or(f64::NEG_INFINITY, |_| f64::INFINITY);
     let proved_at = certificate.rate().map_or(any_rate, |claim| claim.rate);
     let others = [

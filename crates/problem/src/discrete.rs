@@ -1,8 +1,8 @@
-//! A plant in discrete time: solved in continuous time, proved in discrete time.
+//! Discrete-time plant: solved in continuous time, proved in discrete time.
 //!
-//! The bilinear transform keeps gains, Lyapunov matrices and scalings, so that those of the continuous-time loop are
-//! used for the discrete-time loop. The proof covers rounding in the transform, since it uses the discrete-time
-//! matrices. Source: `squid_lpv::bilinear`.
+//! The bilinear transform preserves gains, Lyapunov matrices and scalings, so those of the continuous-time loop apply
+//! to the discrete-time loop. The proof uses the discrete-time matrices, and so covers rounding in the transform.
+//! Source: `squid_lpv::bilinear`.
 
 use squid_lpv::bilinear::Bilinear;
 use squid_lpv::controller::Controller;
@@ -11,11 +11,11 @@ use squid_lpv::partition::Group::{T, U, W, Y, Z};
 use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::state_space::StateSpace;
 
-/// The error of a plant without a bilinear transform.
+/// Error message for a plant without a bilinear transform.
 pub const POLES_AT_BOTH_ENDS: &str =
     "has eigenvalues at z = 1 and at z = -1; the bilinear transform needs one of them free";
 
-/// A discrete-time plant, and its transform to continuous time.
+/// Discrete-time plant and its transform to continuous time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Discrete {
     /// The plant without the direct path, with `x+` for `x'`.
@@ -26,8 +26,8 @@ pub struct Discrete {
 }
 
 impl Discrete {
-    /// The plant with a sample time (s), and the plant and its direct path in continuous time; `None` if it has poles
-    /// at both z = 1 and z = -1, to rounding.
+    /// Transforms a plant with a sample time \[s\]; also returns the plant and its direct path in continuous time.
+    /// `None` if it has poles at both z = 1 and z = -1, to rounding.
     pub fn new(plant: GeneralisedPlant, d22: Mat, sample_time: f64) -> Option<(Self, GeneralisedPlant, Mat)> {
         let transform = Bilinear::of(&plant.a(), sample_time)?;
         let mut with_direct_path = plant.parts.clone();
@@ -37,7 +37,7 @@ impl Discrete {
         Some((Self { plant, d22, transform }, continuous, direct))
     }
 
-    /// A continuous-time controller in discrete time; `None` if it has a pole at s = 2/T.
+    /// Transforms a continuous-time controller to discrete time; `None` if it has a pole at s = 2/T.
     pub fn controller(&self, k: &Controller) -> Option<Controller> {
         let system = self.transform.discrete(&k.parts.state_space(&[U, T], &[Y, T]))?;
         let sizes = k.parts.sizes();

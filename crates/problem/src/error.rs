@@ -5,7 +5,7 @@ use squid_proof::error::ProofError;
 use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 
-/// Why a problem could not be solved.
+/// Reason why a problem could not be solved.
 #[derive(Debug, ThisError, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]

@@ -5,8 +5,8 @@
 //!  "D1t": .., "D11": ..}, "blocks": [r_1, ..], "rate": ..}}
 //! ```
 //!
-//! For an arbitrary rate of the parameters this is a synthesis for a plant without controls: its least gamma is that of
-//! the loop. For a bounded rate the loop is analysed directly.
+//! For an arbitrary rate of the parameters the bound is the least gamma of a synthesis for a plant without controls.
+//! For a bounded rate the loop is analysed directly.
 
 use crate::error::Error;
 use crate::problem_file::{self, Problem};
@@ -37,15 +37,15 @@ use std::time::Instant;
 pub struct Report {
     /// `proved`: there is a bound for an arbitrary or the given rate of the parameters; `not_found`: none was found.
     pub status: &'static str,
-    /// The lowest bound found for an arbitrary rate, with symmetric and skew scalings: in floating point.
+    /// Lowest bound found for an arbitrary rate, with symmetric and skew scalings, in floating point.
     pub gamma: Option<f64>,
-    /// Whether `gamma` is shown, in floating point, to be the infimum of the inequalities within 0.1 %.
+    /// `true` if `gamma` is shown, in floating point, to be the infimum of the inequalities within 0.1 %.
     pub least: bool,
-    /// The lowest bound found with symmetric scalings only.
+    /// Lowest bound found with symmetric scalings only.
     pub gamma_symmetric: Option<f64>,
     /// Bound of the gain for an arbitrary rate, proved in exact arithmetic; `null` if none was found.
     pub proved: Option<f64>,
-    /// The rate bound of the problem.
+    /// Rate bound of the problem.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
     /// Bound of the gain for that rate, proved in exact arithmetic; at most `proved`, which holds for every rate.
@@ -53,23 +53,23 @@ pub struct Report {
     pub proved_at_rate: Option<f64>,
     /// Upper bound of the gain for constant parameters, over all frequencies.
     pub constant_upper: Option<f64>,
-    /// The gain for the worst constant parameters found.
+    /// Gain for the worst constant parameters found.
     pub constant_lower: Option<f64>,
-    /// Those parameters.
+    /// Worst constant parameters found.
     pub constant_theta: Option<Vec<f64>>,
-    /// Why there is no bound, and doubts.
+    /// Reasons why a bound is missing or uncertain.
     pub reasons: Vec<String>,
     /// Wall-clock time.
     pub seconds: f64,
     /// The proved theorem.
     #[serde(skip)]
     pub theorem: Option<Theorem>,
-    /// Its certificate.
+    /// Certificate of the theorem.
     #[serde(skip)]
     pub certificate: Option<Certificate>,
 }
 
-/// The back-off of the proved bound from the least one; it can be small, since there is no controller to build.
+/// Back-off of the proved bound from the least one; it can be small, since there is no controller to build.
 const BACK_OFF: f64 = 1e-3;
 
 /// Bounds the gain of the loop of a file.
@@ -90,14 +90,14 @@ pub fn run(source: &Source) -> Result<Report, Error> {
 }
 
 impl Report {
-    /// The certificate, if it is proved.
+    /// Returns the certificate, if it is proved.
     pub fn proved(&self) -> Option<&Certificate> {
         self.certificate.as_ref().filter(|_| self.theorem.is_some())
     }
 
     /// Proves bounds for an arbitrary rate and for the rate of the problem.
     fn bound(&mut self, problem: &Problem, none: &Controller) {
-        // In discrete time the proof is for the given plant, not for its bilinear transform.
+        // The proof of a discrete-time loop is for the given plant, not for its bilinear transform.
         let plant = problem.discrete.as_ref().map_or(&problem.plant, |given| &given.plant);
         let fast = self.any_rate(problem);
         let mut certificate =
@@ -105,7 +105,7 @@ impl Report {
         certificate.discrete = problem.discrete.is_some();
         if let Some(rate) = problem.rate {
             match finished(&problem.plant.open(), rate) {
-                // A bound for any rate also holds at this rate.
+                // A bound for any rate also holds for this rate.
                 Ok(slow) if fast.is_some_and(|fast| fast.gamma <= slow.gamma) => {}
                 Ok(slow) => certificate.claims.push(at_rate(&slow, None)),
                 Err(reason) => self.reasons.push(format!("no bound was found at the rate alone: {reason}")),
@@ -114,7 +114,7 @@ impl Report {
         self.prove(certificate);
     }
 
-    /// The bound of the loop for an arbitrary rate.
+    /// Bounds the gain of the loop for an arbitrary rate.
     fn any_rate(&mut self, problem: &Problem) -> Option<GainBound> {
         let Problem { plant, d22, .. } = problem;
         let design = match synthesise(plant, d22, Options { back_off: BACK_OFF, ..Options::default() }) {
@@ -141,7 +141,7 @@ impl Report {
         Some(GainBound { x, s, t, ..found })
     }
 
-    /// Proves the claims of a certificate, or one of them if that fails.
+    /// Proves all claims of a certificate or, if that fails, the first that can be proved alone.
     fn prove(&mut self, full: Certificate) {
         let mut tried = vec![];
         if let [_, _, ..] = full.claims.as_slice() {
@@ -166,7 +166,7 @@ impl Report {
         }
     }
 
-    /// The worst-case gain for constant parameters.
+    /// Bounds the worst-case gain for constant parameters.
     fn constant(&mut self, plant: &GeneralisedPlant) {
         let found =
             constant(plant).and_then(|system| worst_case_gain(&system).map_err(|why| why.to_string()));
@@ -187,7 +187,7 @@ impl Report {
         }
     }
 
-    /// Writes `certificate.json` if there is a proof, else removes that of an earlier run.
+    /// Writes `certificate.json` if there is a proof, otherwise removes the file of an earlier run.
     ///
     /// # Errors
     /// [`files::Error`](squid_base::files::Error).
@@ -201,7 +201,7 @@ impl Report {
         Ok(files.save(directory)?)
     }
 
-    /// The text for a terminal.
+    /// Returns the text for a terminal.
     pub fn words(&self) -> String {
         let number = |v: Option<f64>| v.map_or_else(|| "unknown".into(), |v| format!("{v:.6}"));
         let mut out = String::new();
@@ -230,7 +230,7 @@ impl Report {
     }
 }
 
-/// Why there is no bound for an arbitrary rate, in terms of the loop instead of the synthesis.
+/// Returns the reason for a missing bound for an arbitrary rate, in terms of the loop instead of the synthesis.
 fn no_bound(error: &SynthesisError, scalings: &str) -> String {
     match error {
         SynthesisError::NotStabilisable { re, im } | SynthesisError::NotDetectable { re, im } => {
@@ -245,7 +245,7 @@ fn no_bound(error: &SynthesisError, scalings: &str) -> String {
     }
 }
 
-/// The loop with constant parameters, as repeated real scalars.
+/// Returns the loop with constant parameters as repeated real scalars.
 fn constant(plant: &GeneralisedPlant) -> Result<Perturbable, String> {
     let blocks = plant.blocks.iter().filter(|repetitions| **repetitions > 0).map(|r| Block::Real(*r));
     let structure = Structure::new(blocks.collect()).map_err(|why| why.to_string())?;

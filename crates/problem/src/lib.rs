@@ -1,16 +1,16 @@
-//! LPV problems for any plant: read from JSON text, answered by a report.
+//! LPV problems of any plant: input as JSON, result as a report.
 //!
 //! ```text
-//! source        a text with its name in messages
-//! object        its objects and matrices; errors name the key
+//! source        JSON text and its name in messages
+//! object        JSON objects and matrices; errors name the key
 //! problem_file  a generalised plant
 //! discrete      a plant in discrete time
 //! mu_file       a matrix or a system, and the blocks of its perturbation
-//! synth         least gamma, controller, proof: a `report`
-//! check         whether a certificate is for a given plant
-//! gain          the gain of a closed loop
-//! sampled       the gain of a sampled-data loop
-//! mu            the structured singular value
+//! synth         least gamma, controller and proof, as a `report`
+//! check         proof of a certificate for a given plant
+//! gain          gain of a closed loop
+//! sampled       gain of a sampled-data loop
+//! mu            structured singular value
 //! ```
 
 pub mod check;

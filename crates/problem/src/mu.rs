@@ -24,15 +24,15 @@ pub struct Report {
     pub upper: Option<f64>,
     /// Lower bound of mu; 0 if no perturbation was found.
     pub lower: Option<f64>,
-    /// The frequency of the largest upper bound, rad/s; `None` for a matrix.
+    /// Frequency of the largest upper bound, rad/s; `None` for a matrix.
     #[serde(serialize_with = "frequency")]
     pub frequency: Option<f64>,
-    /// The frequency of the pole that the perturbation puts on the imaginary axis, rad/s.
+    /// Frequency of the pole that the perturbation puts on the imaginary axis, rad/s.
     #[serde(serialize_with = "frequency")]
     pub lower_frequency: Option<f64>,
-    /// The perturbation of the lower bound: rows of `[re, im]`.
+    /// Perturbation of the lower bound: rows of `[re, im]`.
     pub delta: Option<Vec<Vec<[f64; 2]>>>,
-    /// The least singular value of `I - M Delta`, relative to the largest.
+    /// Smallest singular value of `I - M Delta`, relative to the largest.
     pub residual: Option<f64>,
     /// Number of frequency intervals from 0 to infinity, each with its scalings.
     pub intervals: Option<usize>,
@@ -41,9 +41,9 @@ pub struct Report {
     pub performance: Option<Performance>,
     /// Wall-clock time.
     pub seconds: Option<f64>,
-    /// Why there are no bounds.
+    /// Reason why there are no bounds.
     pub reason: Option<String>,
-    /// The highest frequency, rad/s: in discrete time pi over the sample time.
+    /// Highest frequency, rad/s: in discrete time pi over the sample time.
     #[serde(skip)]
     pub fastest: f64,
 }
@@ -51,25 +51,25 @@ pub struct Report {
 /// Robust performance and the worst-case gain.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Performance {
-    /// Upper bound of mu with a full block from z to w: for every perturbation smaller than its inverse the gain is
-    /// below it.
+    /// Upper bound of mu with a full block from z to w. The gain is below it for every perturbation smaller than its
+    /// inverse.
     pub upper: f64,
     /// Lower bound of this mu; 0 if no perturbation was found.
     pub lower: f64,
-    /// The size of the perturbations for the worst-case gain.
+    /// Size of the perturbations for the worst-case gain.
     pub size: f64,
     /// Upper bound of the gain for perturbations of that size; `None` if stability is not shown.
     pub gain_upper: Option<f64>,
-    /// The gain with the worst perturbation of that size found.
+    /// Gain with the worst perturbation of that size found.
     pub gain_lower: Option<f64>,
-    /// The frequency of that gain, rad/s.
+    /// Frequency of `gain_lower`, rad/s.
     #[serde(serialize_with = "frequency")]
     pub gain_frequency: Option<f64>,
-    /// That perturbation: rows of `[re, im]`.
+    /// Worst perturbation found: rows of `[re, im]`.
     pub gain_delta: Option<Vec<Vec<[f64; 2]>>>,
 }
 
-/// Writes an infinite frequency as a word, since JSON has no infinity.
+/// Serialises an infinite frequency as a word, since JSON has no infinity.
 fn frequency<S: Serializer>(omega: &Option<f64>, out: S) -> Result<S::Ok, S::Error> {
     match omega {
         Some(w) if w.is_infinite() => out.serialize_str("infinity"),
@@ -80,7 +80,7 @@ fn frequency<S: Serializer>(omega: &Option<f64>, out: S) -> Result<S::Ok, S::Err
 /// Bounds mu of the problem of a file.
 ///
 /// # Errors
-/// The errors of the file; [`Error::Mu`] if the system is unstable or the sweep fails.
+/// Errors of the file; [`Error::Mu`] if the system is unstable or the sweep fails.
 pub fn run(source: &Source) -> Result<Report, Error> {
     let MuProblem { perturbed, structure, discrete } = mu_problem(source)?;
     let wrong = |reason| Error::Mu { file: source.name.clone(), reason };
@@ -133,16 +133,16 @@ fn pairs(delta: &CMat) -> Vec<Vec<[f64; 2]>> {
     delta.row_iter().map(|row| row.iter().map(|v| [v.re, v.im]).collect()).collect()
 }
 
-/// Relative gap between the bounds below which the lower one is taken to be at the peak.
+/// Relative gap between the bounds below which the lower bound is taken to be at the peak.
 const CLOSED_GAP: f64 = 2e-4;
 
-/// The golden-section search for the peak covers frequencies up to this ratio on both sides.
+/// Frequency ratio that the golden-section search for the peak covers on each side.
 const SEARCH_RATIO: f64 = 1.1;
-/// The steps of the golden-section search.
+/// Number of steps of the golden-section search.
 const SEARCH_STEPS: usize = 24;
 
-/// An estimate of the frequency of the largest mu (rad/s): that of the lower bound if the bounds meet, else the maximum
-/// of the upper bound by golden-section search around the largest value of the sweep.
+/// Estimates the frequency of the largest mu \[rad/s\]: that of the lower bound if the bounds meet, else the maximum of
+/// the upper bound by golden-section search around the largest value of the sweep.
 fn peak(system: &StateSpace, structure: &Structure, mu: &FrequencyMu) -> f64 {
     let near = mu.upper.frequency;
     if let Some(lower) = mu.lower.as_ref().filter(|l| l.value >= mu.upper.upper * (1.0 - CLOSED_GAP))
@@ -178,12 +178,12 @@ fn peak(system: &StateSpace, structure: &Structure, mu: &FrequencyMu) -> f64 {
 }
 
 impl Report {
-    /// The report of an error.
+    /// Returns the report of an error.
     pub fn refused(error: &Error) -> Self {
         Self { status: "error", reason: Some(error.to_string()), ..Self::default() }
     }
 
-    /// Sets the upper bound for a system, and returns the lower one.
+    /// Sets the upper bound for a system, and returns the lower bound.
     fn over_frequency(
         &mut self,
         system: &StateSpace,
@@ -205,7 +205,7 @@ impl Report {
         self.delta = Some(pairs(&lower.delta));
     }
 
-    /// Maps the frequencies to discrete time.
+    /// Converts the frequencies to discrete time.
     fn frequencies_to_discrete(&mut self, transform: &Bilinear) {
         self.fastest = transform.frequency(0.0).max(transform.frequency(f64::INFINITY));
         let gain = self.performance.as_mut().map(|found| &mut found.gain_frequency);
@@ -214,7 +214,7 @@ impl Report {
         }
     }
 
-    /// The text for a terminal, with conservatively rounded bounds.
+    /// Returns the text for a terminal, with conservatively rounded bounds.
     pub fn words(&self) -> String {
         let (upper, lower) = (self.upper.unwrap_or(f64::INFINITY), self.lower.unwrap_or(0.0));
         let (most, size) = (digits(upper, f64::ceil), digits(1.0 / lower, f64::ceil));

@@ -9,11 +9,11 @@
 //! With `performance` the last p inputs of P are w and its last q outputs z; robust performance and the worst-case gain
 //! are from w to z. `size` is the size of the perturbations for the worst-case gain, 1 by default.
 //!
-//! `dt`, next to P, is the sample time (s) of a system in discrete time, with `x+` for `x'`; mu is over the unit
-//! circle, `z = exp(j omega dt)`.
+//! `dt`, next to P, is the sample time \[s\] of a discrete-time system, with `x+` for `x'`; mu is over the unit circle,
+//! `z = exp(j omega dt)`.
 //!
-//! An entry of M is a pair of numbers, or a plain number if it is real. No key may occur twice. Other keys are not
-//! allowed, except for comments (see `problem_file`).
+//! An entry of M is a pair of numbers, or a plain number if it is real. Duplicate and unknown keys are errors, except
+//! for comments (see `problem_file`).
 
 use crate::discrete::POLES_AT_BOTH_ENDS;
 use crate::error::Error;
@@ -26,7 +26,7 @@ use squid_lpv::bilinear::Bilinear;
 use squid_lpv::mu::{CMat, Structure};
 use squid_lpv::state_space::StateSpace;
 
-/// The perturbed matrix or system: `z = M w`, `w = Delta z`.
+/// Perturbed matrix or system: `z = M w`, `w = Delta z`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Perturbed {
     /// A constant matrix.
@@ -37,39 +37,39 @@ pub enum Perturbed {
     WithPerformance(StateSpace, f64),
 }
 
-/// Largest number of rows, columns or repetitions; more are taken for a mistake.
+/// Largest number of rows, columns or repetitions; larger numbers are refused as mistakes.
 const LARGEST_BLOCK: f64 = 1000.0;
 
-/// The problem of a file.
+/// Problem of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MuProblem {
-    /// The perturbed matrix or system, in continuous time.
+    /// Perturbed matrix or system, in continuous time.
     pub perturbed: Perturbed,
-    /// The structure of the perturbation.
+    /// Structure of the perturbation.
     pub structure: Structure,
-    /// The bilinear transform of a discrete-time system.
+    /// Bilinear transform of a discrete-time system.
     pub discrete: Option<Bilinear>,
 }
 
 object! {
     file
-    /// The content of `data`, or of the file.
+    /// Content of `data`, or of the file.
     Data {
         "M" m: Matrix<Number>, "P" p: System, "blocks" blocks: Vec<[f64; 2]>, "performance" performance: [f64; 2],
         "size" size: f64, "dt" dt: f64;
     }
 }
 
-/// An entry of M.
+/// Entry of M.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(
     untagged,
     expecting = "must be a finite number, or a pair [re, im] of them, of at most 1e100 in magnitude"
 )]
 pub enum Number {
-    /// A number.
+    /// Real number.
     Real(Entry),
-    /// `[re, im]`.
+    /// Complex number `[re, im]`.
     Complex(Entry, Entry),
 }
 
@@ -85,7 +85,7 @@ impl Number {
 /// Reads a problem file.
 ///
 /// # Errors
-/// [`Error::Problem`] with file and key, also if the blocks do not fit.
+/// [`Error::Problem`] with file and key, also if the blocks do not match the matrix or system.
 pub fn mu_problem(source: &Source) -> Result<MuProblem, Error> {
     let mut data = Data::read(source)?;
     let perturbed = match (data.m.take(), data.p.take()) {
@@ -135,7 +135,7 @@ pub fn mu_problem(source: &Source) -> Result<MuProblem, Error> {
     Ok(MuProblem { perturbed, structure, discrete })
 }
 
-/// A discrete-time system in continuous time, with the same mu.
+/// Transforms a discrete-time system to continuous time, with the same mu.
 fn in_continuous_time(
     source: &Source,
     system: &StateSpace,
@@ -153,13 +153,13 @@ fn in_continuous_time(
     found.ok_or_else(|| source.wrong("A", POLES_AT_BOTH_ENDS))
 }
 
-/// A pair of integers from `least` to [`LARGEST_BLOCK`].
+/// Converts a pair of integers from `least` to [`LARGEST_BLOCK`]; `None` for other numbers.
 fn pair(pair: [f64; 2], least: f64) -> Option<(i64, i64)> {
     let is_whole = |v: &f64| v.fract() == 0.0 && (least..=LARGEST_BLOCK).contains(v);
     pair.iter().all(is_whole).then_some((pair[0] as i64, pair[1] as i64))
 }
 
-/// The numbers of inputs w and outputs z, and the size of the perturbations.
+/// Returns the numbers of inputs w and outputs z, and the size of the perturbations.
 fn performance(source: &Source, data: &Data) -> Result<Option<(usize, usize, f64)>, Error> {
     const ALLOWED: &str =
         "it must be a pair of whole numbers from 1 to 1000: of the last inputs and of the last outputs of P";
@@ -176,7 +176,7 @@ fn performance(source: &Source, data: &Data) -> Result<Option<(usize, usize, f64
     }
 }
 
-/// The structure from `[[-r, 0], [r, 0], [p, q], ..]`.
+/// Returns the structure from `[[-r, 0], [r, 0], [p, q], ..]`.
 fn structure(source: &Source, data: &Data) -> Result<Structure, Error> {
     const ALLOWED: &str = "it must be a list of pairs of whole numbers: [-r, 0] for a real scalar repeated r \
         times, [r, 0] for a complex one, [p, q] for a full complex block, none larger than 1000";

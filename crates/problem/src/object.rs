@@ -1,4 +1,4 @@
-//! The objects of problem files, read strictly: each key once, and none that is unknown.
+//! Objects of problem files, parsed strictly: duplicate and unknown keys are errors.
 
 use crate::error::Error;
 use crate::source::Source;
@@ -7,11 +7,11 @@ use squid_certificate::Rows;
 use squid_lpv::matrix::Mat;
 use squid_lpv::state_space::StateSpace;
 
-/// Numbers above this overflow in the products of the matrix inequalities.
+/// Largest magnitude of a number: products of larger ones overflow in the matrix inequalities.
 const LARGEST: f64 = 1e100;
 
-/// An object whose keys may all be missing: values, then matrices. A `file` is one whose keys may also stand in `data`,
-/// and in which comments are allowed, without effect.
+/// Defines an object with optional keys: values, then matrices. In a `file` the keys may be inside `data`, and comments
+/// are allowed and ignored.
 macro_rules! object {
     (file $(#[$meta:meta])* $name:ident {
         $($key:literal $field:ident: $type:ty),*; $($matrix:literal $of:ident),*
@@ -22,7 +22,7 @@ macro_rules! object {
             "notes" _notes "right" _right "unit" _unit "convention" _convention "Bt_scale" _bt_scale "G" _g);
 
         impl $name {
-            /// Reads a file; its keys stand in `data`, if that is there.
+            /// Reads a file, with its keys inside `data` if present.
             pub(crate) fn read(source: &Source) -> Result<Self, Error> {
                 let mut read: Self = source.json()?;
                 let Some(inner) = read.data.take() else { return Ok(read) };
@@ -51,13 +51,13 @@ macro_rules! object {
 
         #[allow(dead_code, reason = "not every object is asked for its keys or has matrices")]
         impl $name {
-            /// The given keys without those of comments.
+            /// Returns the given keys, without comments.
             fn keys(&self) -> impl Iterator<Item = &'static str> {
                 [$(($key, self.$field.is_some()),)* $(($matrix, self.$of.is_some())),*]
                     .into_iter().filter(|key| key.1).map(|key| key.0)
             }
 
-            /// Takes the given matrices.
+            /// Takes the given matrices out of the object.
             fn take(&mut self) -> $crate::object::Given {
                 let all: Vec<(&'static str, Option<$crate::object::Matrix>)> = vec![$(($matrix, self.$of.take())),*];
                 all.into_iter().filter_map(|(key, matrix)| Some((key, matrix?))).collect()
@@ -67,7 +67,7 @@ macro_rules! object {
 }
 pub(crate) use object;
 
-/// An entry of a matrix.
+/// Entry of a matrix.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(try_from = "Option<f64>")]
 pub struct Entry(pub f64);
@@ -88,7 +88,7 @@ impl TryFrom<Option<f64>> for Entry {
     }
 }
 
-/// A matrix as in the file; one without rows does not determine the number of columns.
+/// Matrix as in the file; without rows its number of columns is undetermined.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(try_from = "Vec<Vec<T>>", bound = "T: Deserialize<'de>")]
 pub struct Matrix<T = Entry>(pub Vec<Vec<T>>);
@@ -111,25 +111,25 @@ impl From<&Rows> for Matrix {
     }
 }
 
-/// Given matrices, by key.
+/// Key and matrix of each matrix that is given.
 pub type Given = Vec<(&'static str, Matrix)>;
 
 /// Matrices of a file.
 #[derive(Debug)]
 pub struct Matrices<'a> {
-    /// Names the file in errors.
+    /// The file, named in errors.
     pub source: &'a Source,
-    /// Those that are given.
+    /// The given matrices.
     pub given: Given,
 }
 
 impl Matrices<'_> {
-    /// The rows of a matrix, if it is given.
+    /// Returns the rows of a matrix, if it is given.
     pub fn rows(&self, key: &str) -> Option<&[Vec<Entry>]> {
         self.given.iter().find(|(name, _)| *name == key).map(|(_, matrix)| matrix.0.as_slice())
     }
 
-    /// A matrix of a shape; zero if it is optional and omitted or without entries.
+    /// Returns a matrix of the given shape; zero if it is optional and omitted or without entries.
     ///
     /// # Errors
     /// [`Error::Problem`] if it is missing or has another shape.
@@ -151,7 +151,7 @@ impl Matrices<'_> {
         Ok(Mat::from_fn(rows, columns, |i, j| given[i][j].0))
     }
 
-    /// The shape of the first of these matrices that has rows, `(0, 0)` if none has.
+    /// Returns the shape of the first of these matrices that has rows, `(0, 0)` if none has.
     pub fn shape(&self, keys: &[&str]) -> (usize, usize) {
         let found = keys.iter().find_map(|key| self.rows(key).filter(|rows| !rows.is_empty()));
         found.map_or((0, 0), |rows| (rows.len(), rows[0].len()))
@@ -160,7 +160,7 @@ impl Matrices<'_> {
     /// Checks that the matrix `key`, if present, is the identity.
     ///
     /// # Errors
-    /// [`Error::Problem`] with the first entry that differs, and what it must be.
+    /// [`Error::Problem`] with the first entry that differs; `words` describes the allowed value.
     pub fn only_identity(&self, key: &str, words: &str) -> Result<(), Error> {
         for (i, row) in self.rows(key).unwrap_or_default().iter().enumerate() {
             let differs = |(j, entry): &(usize, &Entry)| entry.0 != f64::from(u8::from(i == *j));
@@ -174,12 +174,12 @@ impl Matrices<'_> {
 }
 
 object! {
-    /// A system `x' = A x + B w, z = C x + D w`.
+    /// System `x' = A x + B w, z = C x + D w`.
     System {; "A" a, "B" b, "C" c, "D" d }
 }
 
 impl System {
-    /// The system; errors name the file.
+    /// Returns the system; errors name the file.
     ///
     /// # Errors
     /// [`Error::Problem`] if a matrix is missing or has another shape.
@@ -191,10 +191,10 @@ impl System {
     }
 }
 
-/// A number that must be in a range, if given.
+/// Checks that a number, if given, is in its range.
 ///
 /// # Errors
-/// [`Error::Problem`] that names the key; `allowed` describes `is_allowed`.
+/// [`Error::Problem`] with the key; `allowed` describes the range that `is_allowed` tests.
 pub fn checked(
     source: &Source,
     key: &str,

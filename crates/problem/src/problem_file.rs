@@ -7,19 +7,19 @@
 //! {"kind": "hinfsyn", "data": {"A": .., "B1": .., "B2": .., "C1": .., "C2": .., "D11": .., "D12": .., "D21": ..}}
 //! ```
 //!
-//! A certificate is also a problem file: its plant is read. Matrices are lists of rows; the partition is that of
-//! `squid_lpv::plant`. Sizes follow from any matrix that has them: a plant without states has `"A": []`, and the
-//! numbers of inputs and outputs of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key may
-//! occur twice, and other keys are not allowed, except for comments: `kind`, `name`, `source`, `tests`, `expected`,
-//! `note`, `notes`, `right` and `unit`, and `convention`, `Bt_scale` and `G` of published cases.
+//! A certificate is also a problem file, with its plant. Matrices are lists of rows; the partition is that of
+//! `squid_lpv::plant`. Sizes follow from any matrix that determines them: a plant without states has `"A": []`, and the
+//! numbers of inputs and outputs of `D11`, `D12` and `D21`. The text is parsed as strictly as a certificate: duplicate
+//! and unknown keys are errors, except for comments: `kind`, `name`, `source`, `tests`, `expected`, `note`, `notes`,
+//! `right` and `unit`, and `convention`, `Bt_scale` and `G` of published cases.
 //!
 //! `rate`, next to `blocks`, is the bound on `|theta'|` of a plant with one parameter, in units of theta per unit of
-//! time; without it the rates are arbitrary. `dt`, in either kind, is the sample time (s) of a plant in discrete time,
+//! time; without it the rates are arbitrary. `dt`, in either kind, is the sample time \[s\] of a discrete-time plant,
 //! with `x+` for `x'`; for the plant of a discrete-time certificate it is 1 by default.
 //!
 //! Weights are part of the plant, so they must be proper: an improper weight has no state-space form with finite
-//! matrices. Attempts to write one are rejected with a reason: `E` of a descriptor system `E x' = A x + ..` unless it
-//! is the identity, and numbers that are not finite. The direct path from u to y, `D22`, is optional and 0 by default.
+//! matrices. Its usual forms are refused with a reason: `E` of a descriptor system `E x' = A x + ..` unless it is the
+//! identity, and numbers that are not finite. The direct path from u to y, `D22`, is optional and 0 by default.
 
 use crate::discrete::{Discrete, POLES_AT_BOTH_ENDS};
 use crate::error::Error;
@@ -34,30 +34,30 @@ use squid_lpv::partition::{NamedBlock, PLANT, Sizes, names};
 use squid_lpv::plant::GeneralisedPlant;
 use squid_proof::claim::parse;
 
-/// A generalised plant in continuous time with a direct path from u to y, and the rate bound of its parameter.
+/// Generalised plant in continuous time with a direct path from u to y, and the rate bound of its parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem {
-    /// The plant without the direct path.
+    /// Plant without the direct path.
     pub plant: GeneralisedPlant,
-    /// The direct path from u to y.
+    /// Direct path from u to y.
     pub d22: Mat,
-    /// The bound on `|theta'|` of the only parameter; `None` for arbitrary rates.
+    /// Bound on `|theta'|` of the only parameter; `None` for arbitrary rates.
     pub rate: Option<f64>,
-    /// The plant of the file if it is in discrete time.
+    /// Plant of the file, if it is in discrete time.
     pub discrete: Option<Discrete>,
 }
 
-/// The objects with the matrices of a plant.
+/// Defines the objects with the matrices of a plant.
 macro_rules! plant {
     ($($key:literal $field:ident),*) => {
         object! {
-            /// The matrices of a plant.
+            /// Matrices of a plant.
             PlantFile {; $($key $field),* }
         }
 
         object! {
             file
-            /// The content of `data`, or of the file: a plant with what belongs to it.
+            /// Content of `data`, or of the file: a plant, its parameters and its controller.
             Data {
                 "P" p: PlantFile, "plant" plant: PlantFile, "blocks" blocks: Vec<f64>, "rate" rate: f64, "dt" dt: f64,
                 "K" k: System, "sample_time" sample_time: f64, "delay" delay: f64, "held" held: bool; $($key $field),*
@@ -68,34 +68,34 @@ macro_rules! plant {
 plant!("A" a, "Bt" bt, "B1" b1, "B2" b2, "Ct" ct, "C1" c1, "C2" c2, "Dtt" dtt, "Dt1" dt1, "Dt2" dt2, "D1t" d1t,
     "D11" d11, "D12" d12, "D2t" d2t, "D21" d21, "D22" d22, "E" e);
 
-/// The keys of a problem of a sampled loop alone.
+/// Keys that only the problem of a sampled loop has.
 const OF_SAMPLED_LOOP: [&str; 4] = ["K", "sample_time", "delay", "held"];
 
-/// The keys of the other problems alone.
+/// Keys that only the other problems have.
 const OF_PLANT: [&str; 2] = ["rate", "dt"];
 
 /// Reads a problem file.
 ///
 /// # Errors
-/// [`Error::Problem`] with file and key, also if matrices do not fit together.
+/// [`Error::Problem`] with file and key, also if the sizes of matrices do not match.
 pub fn problem(source: &Source) -> Result<Problem, Error> {
     read(source, true)
 }
 
-/// Reads the problem file of a sampled-data loop: its plant, in continuous time, and the rest.
+/// Reads the problem file of a sampled-data loop: its continuous-time plant, and the remaining data.
 ///
 /// # Errors
-/// As [`problem`].
+/// Errors of [`problem`].
 pub fn sampled_loop(source: &Source) -> Result<(Problem, Data), Error> {
     let (matrices, data) =
         data(source, &OF_PLANT, "is of no sampled loop, whose plant is in continuous time; leave it out")?;
     Ok((built(source, matrices, &data, true)?, data))
 }
 
-/// Reads the problem file of a closed loop: a plant without controls and measurements; their matrices are omitted.
+/// Reads the problem file of a closed loop: a plant without controls and measurements, whose matrices are omitted.
 ///
 /// # Errors
-/// As [`problem`]; also if there are controls or measurements.
+/// Errors of [`problem`]; [`Error::Problem`] if there are controls or measurements.
 pub fn finished(source: &Source) -> Result<Problem, Error> {
     let problem = read(source, false)?;
     let sizes = problem.plant.sizes();
@@ -111,7 +111,7 @@ pub fn finished(source: &Source) -> Result<Problem, Error> {
     Ok(problem)
 }
 
-/// The text of a file, as far as it says whether it is a certificate.
+/// Key that identifies a file as a certificate.
 #[derive(Deserialize)]
 struct Format {
     format: Option<IgnoredAny>,
@@ -133,7 +133,8 @@ fn read(source: &Source, with_control: bool) -> Result<Problem, Error> {
     built(source, matrices, &data, with_control)
 }
 
-/// The matrices of the plant, and the rest; the keys `others` belong to another kind of problem.
+/// Reads the matrices of the plant, and the remaining data. The keys `others` belong to another kind of problem; they
+/// are refused with the reason `words`.
 fn data(source: &Source, others: &[&str], words: &str) -> Result<(Given, Data), Error> {
     let mut data = Data::read(source)?;
     if let Some(key) = data.keys().find(|key| others.contains(key)) {
@@ -156,7 +157,7 @@ fn data(source: &Source, others: &[&str], words: &str) -> Result<(Given, Data), 
     Ok((here, data))
 }
 
-/// The problem of a file.
+/// Builds the problem of a file.
 fn built(source: &Source, given: Given, data: &Data, with_control: bool) -> Result<Problem, Error> {
     let blocks = blocks(source, data)?;
     let parts = partition(&Matrices { source, given }, &blocks, with_control)?;
@@ -188,7 +189,7 @@ const NOTHING_IN_Z: &str = "and all other matrices of z are zero: z is zero with
 const NOTHING_FROM_W: &str = "and all other matrices of w are zero: the disturbance w reaches nothing, and there is \
     nothing to minimise; give w what disturbs the plant or its measurements";
 
-/// The repetitions of the parameters.
+/// Returns the repetitions of the parameters.
 fn blocks(source: &Source, data: &Data) -> Result<Vec<usize>, Error> {
     let list = data.blocks.as_ref().ok_or_else(|| source.wrong("blocks", "is missing"))?;
     let repetitions = |(i, r): (usize, &f64)| {
@@ -201,20 +202,20 @@ fn blocks(source: &Source, data: &Data) -> Result<Vec<usize>, Error> {
     list.iter().enumerate().map(repetitions).collect()
 }
 
-/// The sample time of a plant in discrete time.
+/// Checks the sample time of a discrete-time plant.
 ///
 /// # Errors
-/// [`Error::Problem`] if it is not in the range.
+/// [`Error::Problem`] if it is out of range.
 pub fn sample_time(source: &Source, dt: Option<f64>) -> Result<Option<f64>, Error> {
     let (least, most) = SAMPLE_TIMES;
     let allowed = format!("a sample time from {least:e} to {most:e} s");
     checked(source, "dt", dt, &allowed, |time| (least..=most).contains(&time))
 }
 
-/// The range of sample times, s: beyond, the transform to continuous time overflows.
+/// Range of sample times, s; outside it the transform to continuous time overflows.
 const SAMPLE_TIMES: (f64, f64) = (1e-9, 1e9);
 
-/// The bound on the rate of the parameter.
+/// Returns the bound on the rate of the parameter.
 fn rate(source: &Source, data: &Data, plant: &GeneralisedPlant, d22: &Mat) -> Result<Option<f64>, Error> {
     let allowed = format!("a number from 0 to {FASTEST:e}");
     let rate = checked(source, "rate", data.rate, &allowed, |rate| (0.0..=FASTEST).contains(&rate))?;
@@ -234,7 +235,7 @@ fn rate(source: &Source, data: &Data, plant: &GeneralisedPlant, d22: &Mat) -> Re
     Ok(rate)
 }
 
-/// The largest bound on a rate: beyond it the rate is practically arbitrary.
+/// Largest bound on a rate; beyond it the rate is practically arbitrary.
 const FASTEST: f64 = 1e6;
 
 fn no_performance(part: &str, missing: &str) -> String {
@@ -244,7 +245,7 @@ fn no_performance(part: &str, missing: &str) -> String {
     )
 }
 
-/// The plant's blocks; a matrix without rows or columns may be omitted, unless it determines sizes.
+/// Returns the blocks of the plant; a matrix without rows or columns may be omitted, unless it determines sizes.
 fn partition(m: &Matrices<'_>, blocks: &[usize], with_control: bool) -> Result<Vec<NamedBlock>, Error> {
     let n = m.shape(&["A"]).0;
     let a = m.get("A", (n, n), false)?;
@@ -292,7 +293,7 @@ mod tests {
         "D11": [[0.0], [0.0]], "D12": [[0.0], [1.0]], "D21": [[1.0]]}"#;
 
     #[test]
-    fn plants_without_states_have_the_sizes_of_their_direct_paths() {
+    fn sizes_of_static_plants_follow_from_direct_paths() {
         let text = r#"{"A": [], "B1": [], "B2": [], "C1": [[]], "C2": [[]],
             "D11": [[1, 2]], "D12": [[1]], "D21": [[1, 0]]}"#;
         let p = plant_of(text).unwrap();
@@ -317,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn a_misspelt_key_is_not_ignored() {
+    fn refuses_unknown_and_misplaced_keys() {
         let matrices = PLAIN.trim().trim_start_matches('{').trim_end_matches('}');
         let nested = |beside: &str, inside: &str, above: &str| {
             format!(r#"{{"data": {{"P": {{{matrices}{inside}}}, "blocks": []{beside}}}{above}}}"#)
@@ -344,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn a_performance_channel_is_required() {
+    fn requires_performance_channel() {
         let no_w = r#"{"A": [[1]], "B1": [[]], "B2": [[1]], "C1": [[1]], "C2": [[1]],
             "D11": [[]], "D12": [[1]], "D21": [[]]}"#;
         let no_z = r#"{"A": [[1]], "B1": [[1]], "B2": [[1]], "C1": [], "C2": [[1]],

@@ -13,13 +13,13 @@ use std::path::Path;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// There is a controller with a proved bound.
+    /// A controller with a proved bound was found.
     Feasible,
-    /// It is shown, in floating point, that no such controller exists.
+    /// Proof, in floating point, that no such controller exists.
     Infeasible,
     /// No computed controller meets the limit on the fastest mode; another one may.
     TooFast,
-    /// Nothing is known.
+    /// The search failed numerically; nothing is known.
     #[default]
     NumericalFailure,
 }
@@ -29,7 +29,7 @@ pub enum Status {
 pub struct ControllerFile {
     /// Repetitions of each parameter in its channels.
     pub blocks: Vec<usize>,
-    /// The matrices of the controller.
+    /// Matrices of the controller.
     #[serde(flatten)]
     pub matrices: Controller,
 }
@@ -37,36 +37,36 @@ pub struct ControllerFile {
 /// The result, as `--json` prints it.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Report {
-    /// The outcome.
+    /// Outcome.
     pub status: Status,
-    /// The lowest gamma found with symmetric and skew scalings; absent after a numerical failure. For a bounded rate it
+    /// Lowest gamma found with symmetric and skew scalings; absent after a numerical failure. For a bounded rate it
     /// is that of the inequalities at seven values of the parameter, and not a bound.
     pub gamma: Option<f64>,
-    /// Whether `gamma` is shown, in floating point, to be the infimum within 0.1 %: over all controllers without
-    /// parameters, else of the synthesis inequalities. Otherwise a better one may exist.
+    /// `true` if `gamma` is shown, in floating point, to be the infimum within 0.1 %: over all controllers for a plant
+    /// without parameters, otherwise of the synthesis inequalities. If `false`, a lower gamma may exist.
     pub least: bool,
     /// Lower bound of the gain for controllers of any order, proved in exact arithmetic for the given plant. Absent if
     /// it is not proved, and for plants with parameters or in discrete time.
     pub gamma_lower: Option<f64>,
-    /// The lowest gamma found with symmetric scalings only.
+    /// Lowest gamma found with symmetric scalings only.
     pub gamma_symmetric: Option<f64>,
-    /// The gamma at which the controller was built; with added weight and noise in the plant if a remark names them.
+    /// Gamma at which the controller was built, of the plant with added weight and noise if a remark names them.
     pub gamma_design: Option<f64>,
     /// `gamma_design/gamma - 1`; more than requested if no controller closer to `gamma` could be built.
     pub back_off: Option<f64>,
-    /// The bound of the controller for an arbitrary rate, proved in exact arithmetic; `null` if there is one for the
+    /// Bound of the controller for an arbitrary rate, proved in exact arithmetic; `null` if there is a bound for the
     /// given rate only.
     pub certified_gamma: Option<f64>,
-    /// The rate bound of the problem.
+    /// Rate bound of the problem.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
-    /// The bound of the controller for that rate, proved in exact arithmetic: at most `certified_gamma`, which also
-    /// holds there.
+    /// Bound of the controller for that rate, proved in exact arithmetic; at most `certified_gamma`, which also holds
+    /// for that rate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_gamma_at_rate: Option<f64>,
     /// Number of states of the controller.
     pub controller_states: Option<usize>,
-    /// Why there is no controller.
+    /// Reason why there is no controller.
     pub reason: Option<String>,
     /// Features of the problem that cause large gains or numerical failure, with remedies, then deviations from the
     /// request.
@@ -76,13 +76,14 @@ pub struct Report {
     /// The proved theorem.
     #[serde(skip)]
     pub theorem: Option<Theorem>,
-    /// The statement of infeasibility, if `status` is infeasible.
+    /// Statement of infeasibility, if `status` is infeasible.
     #[serde(skip)]
     pub infeasible: &'static str,
-    /// Whether weight or noise was added to the plant for the design; gamma_design is then that of the changed plant.
+    /// `true` if weight or noise was added to the plant for the design; `gamma_design` is then that of the changed
+    /// plant.
     #[serde(skip)]
     pub regularised: bool,
-    /// The certificate, which contains the controller.
+    /// Certificate, which contains the controller.
     #[serde(skip)]
     pub certificate: Option<Certificate>,
 }
@@ -90,10 +91,10 @@ pub struct Report {
 const NO_LEAST: &str = "the computed least gamma is zero up to rounding: the smaller the bound, the larger the \
     gains, and no controller attains the infimum; give every control a weight and every measurement noise";
 
-/// The part of a proved lower bound by which rounding may put the gamma of a search below it.
+/// Largest fraction of a proved lower bound by which rounding may put the gamma of a search below it.
 const ROUNDING: f64 = 1e-4;
 
-/// Factor on the requested back-off below which there is no remark.
+/// Factor on the requested back-off up to which there is no remark.
 const TOLERANCE: f64 = 1.001;
 
 impl Report {
@@ -113,7 +114,7 @@ impl Report {
         self.certificate = Some(certificate);
     }
 
-    /// Removes gamma after a numerical failure or where the proved lower bound contradicts it, and adds a remark if it
+    /// Removes gamma after a numerical failure or if the proved lower bound contradicts it, and adds a remark if it
     /// is not shown to be the least.
     pub fn doubt_gamma(&mut self) {
         self.respect_lower_bound();
@@ -130,8 +131,8 @@ impl Report {
         ));
     }
 
-    /// Makes gamma agree with its proved lower bound: raises one that is below it by rounding, and removes one that is
-    /// further below.
+    /// Makes gamma consistent with its proved lower bound: raises a gamma that is below it by rounding, and removes one
+    /// that is further below.
     fn respect_lower_bound(&mut self) {
         let Some(lower) = self.gamma_lower else { return };
         let raised = |gamma: f64| (gamma >= (1.0 - ROUNDING) * lower).then_some(gamma.max(lower));
@@ -149,38 +150,38 @@ impl Report {
     }
 
     /// Computes the back-off, and adds a remark if it is larger than requested.
-    pub fn compare_back_off(&mut self, asked: f64) {
+    pub fn compare_back_off(&mut self, requested: f64) {
         let (Some(built), Some(least)) = (self.gamma_design, self.gamma) else { return };
         if self.certified_gamma.is_some_and(|bound| is_zero(least, bound)) {
             self.remarks.push(NO_LEAST.into());
             return;
         }
         self.back_off = Some(built / least - 1.0).filter(|b| b.is_finite());
-        let far = |bound: &f64| self.rate.is_none() && *bound > (1.0 + TOLERANCE * asked) * least;
+        let far = |bound: &f64| self.rate.is_none() && *bound > (1.0 + TOLERANCE * requested) * least;
         if let Some(bound) = self.certified_gamma.filter(far) {
             self.remarks.push(format!(
                 "the certified gamma is {:.1} % above the lowest gamma found instead of {:.1} %: no controller \
                     closer to it has a bound that double precision can prove",
                 100.0 * (bound / least - 1.0),
-                100.0 * asked
+                100.0 * requested
             ));
         }
-        if let Some(back_off) = self.back_off.filter(|b| *b > 1.01 * asked && !self.regularised) {
+        if let Some(back_off) = self.back_off.filter(|b| *b > 1.01 * requested && !self.regularised) {
             self.remarks.push(format!(
                 "the controller was built {:.1} % above the lowest gamma found instead of {:.1} %: none closer \
                     could be built",
                 100.0 * back_off,
-                100.0 * asked
+                100.0 * requested
             ));
         }
     }
 
-    /// The certificate, if it is proved.
+    /// Returns the certificate, if it is proved.
     pub fn proved(&self) -> Option<&Certificate> {
         self.certificate.as_ref().filter(|_| self.theorem.is_some())
     }
 
-    /// The controller of the proved certificate.
+    /// Returns the controller of the proved certificate.
     pub fn controller(&self) -> Option<ControllerFile> {
         self.proved().map(|proved| ControllerFile {
             blocks: proved.controller_blocks.clone(),
@@ -194,7 +195,7 @@ impl Report {
     /// [`files::Error`](squid_base::files::Error).
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let mut files = Files::default();
-        // Without a proof, files of an earlier run are removed.
+        // Files of an earlier run would contradict a failed proof.
         let [path, controller] = ["certificate.json", "controller.json"].map(|name| directory.join(name));
         if let Some(certificate) = self.proved() {
             files.add(path.clone(), text(certificate, &path)?);
@@ -207,7 +208,7 @@ impl Report {
         Ok(files.save(directory)?)
     }
 
-    /// The text for a terminal.
+    /// Returns the text for a terminal.
     pub fn words(&self) -> String {
         let number = |v: Option<f64>| v.map_or_else(|| "unknown".into(), |v| format!("{v:.6}"));
         let mut out = match self.status {
@@ -252,7 +253,7 @@ impl Report {
         out + &format!("  {:.2} s\n", self.seconds)
     }
 
-    /// 0 if feasible, 2 if infeasible, 3 after a numerical failure, 4 if all controllers are too fast.
+    /// Returns 0 if feasible, 2 if infeasible, 3 after a numerical failure, 4 if all controllers are too fast.
     pub fn exit_code(&self) -> u8 {
         match self.status {
             Status::Feasible => 0,

@@ -29,11 +29,11 @@ pub struct Report {
     pub upper: Option<f64>,
     /// Wall-clock time.
     pub seconds: Option<f64>,
-    /// Why there are no bounds.
+    /// Reason why there are no bounds.
     pub reason: Option<String>,
 }
 
-/// The longest delay, in ticks, as in a design file.
+/// Longest delay, in ticks, as in a design file.
 const LONGEST: f64 = 10.0;
 
 const SAMPLE_TIMES: &str = "a number above 0, in seconds";
@@ -64,12 +64,12 @@ pub fn run(source: &Source) -> Result<Report, Error> {
 }
 
 impl Report {
-    /// The report of an error.
+    /// Returns the report of an error.
     pub fn refused(error: &Error) -> Self {
         Self { status: "error", reason: Some(error.to_string()), ..Self::default() }
     }
 
-    /// The text for a terminal.
+    /// Returns the text for a terminal.
     pub fn words(&self) -> String {
         match (self.lower, self.upper) {
             (Some(lower), Some(upper)) => {

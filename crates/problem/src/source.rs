@@ -1,4 +1,4 @@
-//! A text with its name in messages.
+//! JSON text with its name in messages.
 
 use crate::error::Error;
 use serde::de::DeserializeOwned;
@@ -7,10 +7,10 @@ use squid_certificate::{JsonError, from_json};
 use std::fmt::Display;
 use std::path::Path;
 
-/// A text and its name.
+/// JSON text and its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
-    /// The name of a file or a function, for messages.
+    /// Name of the file or function, for messages.
     pub name: String,
     /// The text.
     pub text: String,
@@ -20,23 +20,23 @@ impl Source {
     /// Reads a file.
     ///
     /// # Errors
-    /// The file cannot be read.
+    /// [`Error::File`] if the file cannot be read.
     pub fn read(path: &Path) -> Result<Self, Error> {
         Ok(Self { name: path.display().to_string(), text: files::read(path)? })
     }
 
-    /// An error in `key`; an empty key is not named.
+    /// Returns an error about `key`; an empty key is omitted.
     pub fn wrong(&self, key: &str, reason: impl Display) -> Error {
         let key = if key.is_empty() { String::new() } else { format!("'{key}' ") };
         Error::Problem { file: self.name.clone(), reason: format!("{key}{reason}") }
     }
 
-    /// An error of a key that stands at another place than it should.
+    /// Returns an error about a key in the wrong object; `place` names the right one.
     pub fn misplaced(&self, key: &str, place: &str) -> Error {
         self.wrong(key, format!("is out of place; it stands {place}"))
     }
 
-    /// Reads the text as strictly as a certificate.
+    /// Parses the text as strictly as a certificate.
     ///
     /// # Errors
     /// [`Error::Problem`] with line and path.
@@ -56,7 +56,7 @@ impl Source {
         })
     }
 
-    /// JSON has no infinity, but some programs write one: Python `Infinity`, others 1e999.
+    /// Returns a hint for a number that is not finite: JSON has none, but Python writes `Infinity`, others 1e999.
     fn advice(&self, line: usize, column: usize, reason: &str) -> &'static str {
         let line = self.text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
         let here: String = line.chars().skip(column.saturating_sub(4)).take(12).collect();
@@ -69,18 +69,18 @@ impl Source {
     }
 }
 
-/// The first key of comments in the list of keys that are known.
+/// First comment key in the list of known keys.
 const FIRST_NOTE: &str = "kind";
 
-/// Keys, and where they belong.
+/// Keys, and the object that they belong to.
 const PLACES: [(&[&str], &str); 3] = [
     (&["blocks", "rate"], "beside a plant 'P' with parameters, in 'data'"),
     (&["dt"], "beside the plant, in 'data'"),
     (&["K", "sample_time", "delay", "held"], "in the file of a sampled loop"),
 ];
 
-/// That a key is not known, with the known one that is nearest or where it belongs; `None` for other reasons. Comments
-/// are no advice.
+/// Returns the message about an unknown key, with a similar known key or the object that it belongs to; `None` for
+/// other errors. Comment keys are not suggested.
 fn unknown(reason: &str) -> Option<String> {
     let mut keys = reason.strip_prefix("unknown field `")?.split('`').step_by(2);
     let key = keys.next().unwrap_or_default();
@@ -95,7 +95,7 @@ fn unknown(reason: &str) -> Option<String> {
     Some(format!("is not known{advice} (allowed: {})", known.join(", ")))
 }
 
-/// Whether two words differ only in case or, if long enough, in one letter.
+/// Returns `true` if two words differ only in case or, if long enough, in one letter.
 fn is_near(found: &str, word: &str) -> bool {
     const LONG: usize = 4;
     found.eq_ignore_ascii_case(word) || (word.len() >= LONG && strsim::levenshtein(found, word) == 1)

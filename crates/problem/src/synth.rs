@@ -23,7 +23,7 @@ use std::time::Instant;
 /// Solves the problem of a file.
 ///
 /// # Errors
-/// The errors of the file; a problem without a solution has a [`Report`].
+/// Errors of the file; a problem without a solution has a [`Report`].
 pub fn run(source: &Source, options: Options, reduce: bool) -> Result<Report, Error> {
     let problem = problem_file::problem(source)?;
     if problem.rate.is_some() {
@@ -32,11 +32,11 @@ pub fn run(source: &Source, options: Options, reduce: bool) -> Result<Report, Er
     Ok(solve(&problem, options, reduce))
 }
 
-/// Tunes a controller with a number of states and constant matrices for the problem of a file; without states it is
-/// static output feedback. The search is local.
+/// Tunes a controller with constant matrices and `states` states for the problem of a file; with none it is static
+/// output feedback. The search is local.
 ///
 /// # Errors
-/// The errors of the file, and what does not go with such a controller: `rate`, `dt` and `D22`.
+/// Errors of the file; [`Error::Problem`] for keys that such a controller does not support: `rate`, `dt` and `D22`.
 pub fn run_structured(source: &Source, states: usize) -> Result<Report, Error> {
     let problem = problem_file::problem(source)?;
     let refused = [
@@ -98,7 +98,7 @@ fn check_options_with_rate(source: &Source, options: Options, reduce: bool) -> R
     })
 }
 
-/// Reports a design, or why there is none.
+/// Reports a design for an arbitrary rate, or the reason why there is none.
 fn at_any_rate(
     problem: &Problem,
     found: Result<Design, SynthesisError>,
@@ -113,7 +113,7 @@ fn at_any_rate(
         match symmetric(&problem.plant, both) {
             Ok(least) => {
                 report.gamma_symmetric = Some(least);
-                // A solution with symmetric scalings is one with both.
+                // Symmetric scalings are a special case of both.
                 report.gamma = Some(both.min(least));
             }
             Err(reason) => report
@@ -124,7 +124,7 @@ fn at_any_rate(
     report.doubt_gamma();
 }
 
-/// Designs and proves for a parameter with a bounded rate; where that search fails, for any rate.
+/// Designs and proves a controller for a parameter with a bounded rate; if that search fails, for any rate.
 fn at_bounded_rate(problem: &Problem, slow: SlowOptions, options: Options, report: &mut Report) {
     let found = match squid_lpv::bounded_rate::synthesise(&problem.plant, slow) {
         Ok(found) => found,
@@ -136,7 +136,7 @@ fn at_bounded_rate(problem: &Problem, slow: SlowOptions, options: Options, repor
                 report.remarks.push(format!("{FOR_ANY_RATE}: {error}"));
                 return at_any_rate(problem, found, options, report);
             }
-            // Otherwise Lyapunov matrices of a higher order may exist.
+            // Lyapunov matrices of a higher order may exist in all other cases.
             let none = matches!(
                 error,
                 SynthesisError::NotStabilisable { .. } | SynthesisError::NotDetectable { .. }
@@ -158,7 +158,7 @@ fn at_bounded_rate(problem: &Problem, slow: SlowOptions, options: Options, repor
         return;
     };
     let mut certificate = nominal(&problem.plant, &found.controller, &fast);
-    // A bound for any rate also holds at this rate.
+    // A bound for any rate also holds for this rate.
     if found.bound.gamma < fast.gamma {
         certificate.claims.push(at_rate);
     }
@@ -170,8 +170,8 @@ const FOR_ANY_RATE: &str = "the controller is that for a parameter that moves at
 
 const NOT_FAST: &str = "the bound is for this rate only: none was found for a parameter that moves faster";
 
-/// Synthesises, and removes states and channels if `reduce`. A controller that is too fast with all states may meet the
-/// limit with fewer.
+/// Synthesises a controller, and removes states and channels if `reduce`. A controller that is too fast with all states
+/// may meet the limit with fewer.
 fn design(problem: &Problem, options: Options, reduce: bool) -> Result<Design, SynthesisError> {
     let Problem { plant, d22, .. } = problem;
     let full = synthesise(plant, d22, options);
@@ -187,7 +187,7 @@ fn design(problem: &Problem, options: Options, reduce: bool) -> Result<Design, S
     if fastest <= limit { Ok(reduced) } else { full }
 }
 
-/// The least gamma with symmetric scalings only, or why it is unknown; `both` is that with skew ones too.
+/// Computes the least gamma with symmetric scalings only; `both` is the least gamma with symmetric and skew scalings.
 pub(crate) fn symmetric(plant: &GeneralisedPlant, both: f64) -> Result<f64, SynthesisError> {
     if plant.blocks.is_empty() {
         return Ok(both);
@@ -202,7 +202,7 @@ pub(crate) fn symmetric(plant: &GeneralisedPlant, both: f64) -> Result<f64, Synt
 
 const NOT_STABILISED: &str = "no controller stabilises the plant";
 
-/// A lower estimate below this fraction of gamma leaves gamma unknown.
+/// Fraction of gamma below which a lower estimate leaves gamma unknown.
 const UNKNOWN_BELOW: f64 = 0.5;
 
 /// Proves a design.
@@ -222,7 +222,7 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     }
 }
 
-/// The certificate of a design for the given plant.
+/// Returns the certificate of a design for the given plant.
 fn certificate(problem: &Problem, design: &Design) -> Option<Certificate> {
     let (mut certificate, d22) = match &problem.discrete {
         None => (nominal(&problem.plant, &design.controller, &design.certified), &problem.d22),
@@ -239,8 +239,8 @@ fn certificate(problem: &Problem, design: &Design) -> Option<Certificate> {
 const NOT_BACK: &str = "a controller was computed, but it has a mode that the bilinear transform cannot map to \
     discrete time; change the back-off";
 
-/// The lower bound that the multipliers prove. `None` in discrete time, since the proof is for the continuous-time
-/// plant.
+/// Returns the lower bound that the multipliers prove. `None` in discrete time, since the proof is for the
+/// continuous-time plant.
 fn proved_lower(problem: &Problem, multipliers: &[DualMultipliers]) -> Option<f64> {
     if problem.discrete.is_none() {
         squid_proof::claim::lower_bound(&problem.plant, multipliers)
@@ -285,7 +285,7 @@ mod tests {
     use super::*;
     use serde_json::{Value, json};
 
-    /// One of the cases with known answers, its data changed.
+    /// Solves one of the cases with known answers, with its data changed.
     fn solved(name: &str, change: impl FnOnce(&mut Value)) -> Result<Report, Error> {
         let path = format!("{}/../../tests/cases/{name}.json", env!("CARGO_MANIFEST_DIR"));
         let mut case: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
@@ -300,9 +300,9 @@ mod tests {
         }
     }
 
-    /// Without noise the search at a rate finds no controller; the bound of the one for any rate holds.
+    /// The search at a rate finds no controller without noise; the bound of the controller for any rate holds.
     #[test]
-    fn a_controller_for_any_rate_stands_in() {
+    fn falls_back_to_controller_for_any_rate() {
         let found = |rate: Option<f64>| {
             solved("lpv05_one_param_lossless", |data| {
                 zero(&mut data["P"]["D21"]);
@@ -316,9 +316,9 @@ mod tests {
         assert_eq!(at_rate.remarks.len(), at_any.remarks.len() + 1);
     }
 
-    /// z that is zero with every controller, and w that reaches nothing.
+    /// z is zero with every controller, or w has no effect.
     #[test]
-    fn nothing_to_minimise_is_refused() {
+    fn refuses_zero_performance_channels() {
         for (keys, blamed) in [(["C1", "D11", "D12"], "'C1'"), (["B1", "D11", "D21"], "'B1'")] {
             let found =
                 solved("compleib/compleib_NN2", |data| keys.iter().for_each(|key| zero(&mut data[*key])));
@@ -327,7 +327,7 @@ mod tests {
         }
     }
 
-    /// COMPleib's EB1: the gamma of the search is not below the lower bound that is proved of it.
+    /// COMPleib's EB1: the gamma of the search is not below its proved lower bound.
     #[test]
     fn gamma_is_at_least_its_lower_bound() {
         let found = solved("compleib/compleib_EB1", |_| {}).unwrap();

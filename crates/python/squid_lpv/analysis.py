@@ -47,7 +47,7 @@ class Performance:
 class Mu:
     """Bounds on mu: no perturbation smaller than `1/upper` destabilises; `delta` does.
 
-    `frequency`, rad/s, is where the upper bound is largest; `performance` is set if it was requested.
+    `frequency` (rad/s) is that of the largest upper bound; `performance` is set if it was requested.
     """
 
     upper: float
@@ -75,15 +75,15 @@ def mu(
     """Return bounds on the structured singular value of a matrix, or of a stable system over all frequencies.
 
     Args:
-        M: a real or complex matrix, or anything with A, B, C, D, or a transfer function; in discrete time mu is that
-            over the unit circle.
+        M: a real or complex matrix, or anything with A, B, C, D, or a transfer function; in discrete time mu is over
+            the unit circle.
         blocks: rows in MATLAB's notation: [-r, 0] a real scalar repeated r times, [r, 0] a complex one, [p, q] a full
             complex block of p rows and q columns.
         performance: (p, q): the last p inputs of a system are w and its last q outputs z.
-        size: the size of the perturbation for the worst-case gain from w to z, 1 where nothing is said.
+        size: the size of the perturbation for the worst-case gain from w to z, 1 by default.
 
     Raises:
-        InputError: the blocks do not fit, or the system is not stable.
+        InputError: the blocks do not match M, or the system is not stable.
         NumericalError: the bounds did not close over all frequencies.
 
     """
@@ -145,13 +145,13 @@ def lpvgain(
     `proved` holds for parameters that change arbitrarily fast, `proved_at_rate` if |theta'| of the single parameter
     stays within `rate` (at most `proved`, and often the only one of the two); both are proved in exact arithmetic.
     `constant_upper` and `constant_lower` hold for constant parameters, the latter at `constant_theta`. Bounds that were
-    not found are None, and `reasons` says why.
+    not found are None, with the cause in `reasons`.
 
     Args:
         P: the matrices A, Bt, B1, Ct, C1, Dtt, Dt1, D1t, D11 by name.
         blocks: the repetitions of the parameters.
         rate: a bound on |theta'| of the single parameter.
-        dt: the sample time, s, of a loop in discrete time.
+        dt: the sample time, s, of a discrete-time loop.
         progress: a function called with progress reports.
 
     """

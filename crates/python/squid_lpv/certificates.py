@@ -11,7 +11,7 @@ from squid_lpv import _core
 
 @dataclass(frozen=True)
 class Theorem:
-    """Theorem of a certificate; `gamma` is None if nothing is claimed for parameters that change arbitrarily fast."""
+    """Theorem of a certificate; `gamma` is None without a claim for parameters that change arbitrarily fast."""
 
     claim: str
     gamma: float | None
@@ -25,7 +25,7 @@ class Theorem:
 
 @dataclass(frozen=True)
 class Certificate:
-    """The matrices that prove a gain, as JSON, which `squid verify` and your own program can also check."""
+    """Matrices that prove a gain, as JSON; `squid verify` and other programs can also check them."""
 
     text: str
 

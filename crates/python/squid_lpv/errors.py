@@ -1,8 +1,8 @@
-"""Errors, in three kinds."""
+"""Exceptions of three kinds."""
 
 
 class SquidError(Exception):
-    """Base class of the three kinds."""
+    """Base class of all exceptions of this package."""
 
 
 class InfeasibleError(SquidError):
@@ -14,4 +14,4 @@ class NumericalError(SquidError):
 
 
 class InputError(SquidError, ValueError):
-    """An argument is wrong; the message names it, the value found, and the values allowed."""
+    """An argument is invalid; the message gives its name, its value, and the allowed values."""

@@ -36,7 +36,7 @@ def loadmat(path: str | Path, name: str = "P") -> tuple[StateSpace, int, int]:
     time. Names may be in upper or lower case.
 
     Raises:
-        InputError: a matrix is missing, or the matrices do not fit together.
+        InputError: a matrix is missing, or the sizes of the matrices do not match.
 
     """
     from scipy.io import loadmat as read
@@ -75,13 +75,13 @@ def _matrix(path: str | Path, key: str, value: Any) -> np.ndarray:
 
 
 def _shaped(path: str | Path, key: str, value: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """Return a matrix with its shape restored: MATLAB's vectors lose it."""
+    """Return a matrix with its shape restored, which MATLAB's vectors lose."""
     try:
         return value.reshape(rows, columns)
     except ValueError:
-        wanted = " x ".join("any" if size < 0 else str(size) for size in (rows, columns))
+        expected = " x ".join("any" if size < 0 else str(size) for size in (rows, columns))
         found = " x ".join(map(str, value.shape))
-        raise InputError(f"{path}: '{key}' is {found}; it must be {wanted}") from None
+        raise InputError(f"{path}: '{key}' is {found}; it must be {expected}") from None
 
 
 def _joined(

@@ -15,13 +15,13 @@ from squid_lpv.errors import InfeasibleError, InputError, NumericalError
 from squid_lpv.systems import Matrix, StateSpace
 
 Progress = Callable[[str, str, str], Any]
-"""Called with the kind of an event (`began`, `done`, `warning`), the stage, and words."""
+"""Function called with the kind of an event (`began`, `done`, `warning`), the stage, and a text."""
 
 PLANT = (
     "A", "Bt", "B1", "B2", "Ct", "C1", "C2",
     "Dtt", "Dt1", "Dt2", "D1t", "D11", "D12", "D2t", "D21", "D22",
 )  # fmt: skip
-"""The matrices of a plant with parameters, as `squid lpv synth` reads them."""
+"""Matrices of a plant with parameters, as `squid lpv synth` reads them."""
 
 
 class HinfSynthesis(NamedTuple):
@@ -67,8 +67,8 @@ def hinfsyn(P: Any, nmeas: int, ncon: int, **options: Any) -> HinfSynthesis:
 
     Raises:
         InfeasibleError: there is no controller.
-        NumericalError: nothing is known.
-        InputError: the problem is wrong.
+        NumericalError: the computation was inconclusive.
+        InputError: the problem is invalid.
 
     """
     return hinfsyn_proved(P, nmeas, ncon, **options).synthesis
@@ -85,21 +85,21 @@ def hinfsyn_proved(
     reduce: bool = False,
     progress: Progress | None = None,
 ) -> Proved:
-    """Return what `hinfsyn` does, with the lowest gamma found, remarks and the certificate.
+    """Return the result of `hinfsyn`, with the lowest gamma found, remarks and the certificate.
 
-    A plant in discrete time is taken to continuous time by the bilinear transform, which keeps gains, and its
-    controller back. The proof is of the loop in discrete time.
+    A discrete-time plant is converted to continuous time by the bilinear transform, which preserves gains, and its
+    controller is converted back. The proof is for the discrete-time loop.
 
     Args:
         P: as in `hinfsyn`.
         nmeas: as in `hinfsyn`.
         ncon: as in `hinfsyn`.
-        back_off: how far above the lowest gamma found the controller is built, relative; from 0.001 to 1.
-        gamma_limit: no gamma below this counts as infeasible, where that is shown.
-        fastest_mode: no mode of the controller is to be faster, rad/s; of one in discrete time, as the bilinear
-            transform has it in continuous time.
-        reduce: leave out controller states and channels while the bound stays within 2 %.
-        progress: called back.
+        back_off: the relative distance of the controller's gamma from the lowest gamma found; from 0.001 to 1.
+        gamma_limit: the largest gamma; the problem is infeasible if it is shown that no gamma below this exists.
+        fastest_mode: the limit on the modes of the controller, rad/s; in discrete time, on those of its bilinear
+            transform to continuous time.
+        reduce: remove controller states and channels while the bound stays within 2 %.
+        progress: a function called with progress reports.
 
     """
     plant = systems.of(P)
@@ -137,9 +137,9 @@ def augw(g: Any, w1: Any = None, w2: Any = None, w3: Any = None) -> Any:
 
     Args:
         g: the plant from u to y, anything with A, B, C, D.
-        w1: the weight of the error `e = w - y`; a weight with one input and output stands for all signals.
+        w1: the weight of the error `e = w - y`; a weight with one input and output applies to all signals.
         w2: the weight of the control u.
-        w3: the weight of the output y. At least one weight is given.
+        w3: the weight of the output y. At least one weight is required.
 
     Returns:
         P from `[w; u]` to `[w1 e; w2 u; w3 y; e]`, with e as the measurement.
@@ -170,8 +170,7 @@ def mixsyn(g: Any, w1: Any = None, w2: Any = None, w3: Any = None, **options: An
         options: those of `hinfsyn_proved`.
 
     Returns:
-        K, the controller `u = K e`; CL, the loop from w to z; info, the gain that is proved and the conditions of
-        `hinfsyn`.
+        K, the controller `u = K e`; CL, the loop from w to z; info, the proved gain and `rcond` of `hinfsyn`.
 
     """
     plant = systems.of(g, "g")
@@ -208,9 +207,9 @@ def h2syn(P: Any, nmeas: int, ncon: int) -> H2Synthesis:
         K, the controller `u = K y`; CL, the loop from w to z; gam, its H2 norm, computed, not proved.
 
     Raises:
-        InfeasibleError: there is no controller that stabilises.
-        NumericalError: D11, D12, D21 or a zero on the imaginary axis are in the way; the message says which.
-        InputError: the problem is wrong.
+        InfeasibleError: no controller stabilises the plant.
+        NumericalError: D11, D12, D21 or a zero on the imaginary axis prevents a solution; the message names it.
+        InputError: the problem is invalid.
 
     """
     plant = systems.of(P)
@@ -250,17 +249,17 @@ def musyn(
         ncon: as in `hinfsyn`.
         blocks: rows in MATLAB's notation, see `mu`; a requirement on the gain from some w to some z is a full block.
         iterations: the largest number of controllers.
-        order: the largest order of each scaling, which the order of the controller grows with.
-        progress: called back.
+        order: the largest order of each scaling; the order of the controller grows with it.
+        progress: a function called with progress reports.
 
     Returns:
         K, the controller `u = K y`; CL, the loop from w to z; mu, the upper bound of its structured singular value at
         every frequency, in floating point; history, that bound for the controller of each iteration.
 
     Raises:
-        InfeasibleError: there is no controller that stabilises.
-        NumericalError: nothing is known.
-        InputError: the problem is wrong.
+        InfeasibleError: no controller stabilises the plant.
+        NumericalError: the computation was inconclusive.
+        InputError: the problem is invalid.
 
     """
     plant = systems.of(P)
@@ -322,8 +321,8 @@ def solve(
 
     Raises:
         InfeasibleError: there is no controller.
-        NumericalError: nothing is known.
-        InputError: the problem is wrong, or an option is outside what the command line allows.
+        NumericalError: the computation was inconclusive.
+        InputError: the problem is invalid, or an option is outside the range that the command line allows.
 
     """
     if not 1e-3 <= back_off <= 1.0:
@@ -355,7 +354,7 @@ class LpvController:
     blocks: list[int]
     matrices: dict[str, Matrix]
     dt: float = 0.0
-    """The sample time, s; 0 in continuous time. In discrete time `xk+` stands for `xk'`."""
+    """Sample time, s; 0 in continuous time. `xk+` replaces `xk'` in discrete time."""
 
     def frozen(self, *theta: float) -> Any:
         """Return the controller at constant parameters, each within [-1, 1]."""
@@ -412,18 +411,18 @@ def lpvsyn(
         P: the matrices A, Bt, B1, B2, Ct, ... of the plant by name (see `PLANT`): `wt = blkdiag(theta_i I_ri) zt`.
         blocks: the repetitions r_1, r_2, ... of the parameters, each within [-1, 1].
         rate: a bound on |theta'| of the only parameter.
-        dt: the sample time, s, of a plant in discrete time: its controller is in discrete time, and so is the proof.
+        dt: the sample time, s, of a discrete-time plant; its controller and the proof are also in discrete time.
         back_off: as in `hinfsyn_proved`.
         gamma_limit: as in `hinfsyn_proved`.
         fastest_mode: as in `hinfsyn_proved`.
         reduce: as in `hinfsyn_proved`.
-        progress: called back.
+        progress: a function called with progress reports.
 
     Raises:
-        InfeasibleError: no controller of the kind sought exists, as is shown in floating point; the message says of
-            which.
-        NumericalError: nothing is known.
-        InputError: the problem is wrong.
+        InfeasibleError: no controller of the required kind exists, as shown in floating point; the message names the
+            kind.
+        NumericalError: the computation was inconclusive.
+        InputError: the problem is invalid.
 
     """
     data: dict[str, Any] = {"P": as_lists(P), "blocks": np.asarray(blocks).tolist()}

@@ -15,7 +15,7 @@ Matrix = np.ndarray
 
 @dataclass(frozen=True)
 class StateSpace:
-    """`x' = A x + B u`, `y = C x + D u`; in discrete time, with the sample time `dt` (s), `x+` in place of `x'`.
+    """System `x' = A x + B u`, `y = C x + D u`; in discrete time, with sample time `dt` (s), `x+` in place of `x'`.
 
     `dt` is 0 in continuous time, and True for an unspecified sample time, as in python-control.
     """
@@ -89,7 +89,7 @@ def of(system: Any, name: str = "P") -> StateSpace:
     """Return a system from an object with A, B, C, D (and `dt`), a sequence of these four, or a transfer function.
 
     Raises:
-        InputError: it is none of these, or the matrices do not fit together.
+        InputError: it is none of these, or the sizes of the matrices do not match.
 
     """
     system = realised(system, name)
@@ -122,7 +122,7 @@ def of(system: Any, name: str = "P") -> StateSpace:
 
 
 def given_back(system: StateSpace) -> Any:
-    """Return python-control's StateSpace if it is installed, else the system itself."""
+    """Return a system as python-control's StateSpace if that is installed, otherwise unchanged."""
     if importlib.util.find_spec("control") is None:
         return system
     import control

@@ -43,7 +43,7 @@ class Linearisation:
     B: np.ndarray
 
     def system(self) -> Any:
-        """Return it as a system whose outputs are its states."""
+        """Return the model as a system whose outputs are its states."""
         n, m = self.B.shape
         return systems.given_back(StateSpace(self.A, self.B, np.eye(n), np.zeros((n, m))))
 
@@ -62,10 +62,10 @@ class Vehicle:
         Args:
             directory: the directory of the files.
             design: the name of the design file, without `.toml`.
-            axis: the axis of a file with several, by the quantity it steers: pitch, depth or heading.
+            axis: the axis of a file with several, by the quantity it controls: pitch, depth or heading.
 
         Raises:
-            InputError: a file is wrong; the message names file, line and key.
+            InputError: a file is invalid; the message gives file, line and key.
 
         """
         return cls(_core.Vehicle.read(str(directory), design, axis))
@@ -82,7 +82,7 @@ class Vehicle:
 
     @property
     def axis(self) -> str:
-        """Quantity that the axis steers, which is also the axis's name."""
+        """Quantity that the axis controls, which is also the name of the axis."""
         return self._core.axis
 
     @property
@@ -112,14 +112,14 @@ class Vehicle:
         """Design an autopilot, and return it with its proofs; this takes about half a minute.
 
         Args:
-            directory: where its files are written, as by `squid design --out`; `None` for a temporary directory,
-                which lives as long as the object.
+            directory: the directory for its files, as of `squid design --out`; `None` for a temporary directory,
+                which exists as long as the object.
             robust: design for the declared uncertainty.
             progress: a function called with progress reports.
 
         Raises:
             InfeasibleError: there is no controller.
-            NumericalError: none was found.
+            NumericalError: no controller was found.
 
         """
         folder = Path(tempfile.mkdtemp(prefix="squid-") if directory is None else directory)
@@ -132,7 +132,7 @@ class Vehicle:
 
 @dataclass(frozen=True)
 class Flight:
-    """A record: `columns` by name, SI units in `units`, 1 for none; `surfacing` says where it left the water, if so."""
+    """Record: `columns` by name, SI units in `units`, 1 for none; `surfacing` describes an end at the surface."""
 
     columns: dict[str, np.ndarray]
     units: dict[str, str]
@@ -145,7 +145,7 @@ class Flight:
 
 @dataclass(frozen=True)
 class Design:
-    """A finished design: its files, which the command line also reads."""
+    """Finished design in a directory, with files that the command line also reads."""
 
     vehicle: Vehicle
     directory: Path
@@ -177,7 +177,7 @@ class Design:
 
     @property
     def verdict(self) -> list[dict[str, Any]]:
-        """Requirements, and what the simulated loop achieves."""
+        """Requirements, and the achieved figures of the simulated loop."""
         return self.figures["verdict"]["rows"]
 
     @property
@@ -215,12 +215,12 @@ class Design:
             sea: the text of a sea file.
 
         Raises:
-            InputError: the manoeuvre or the sea is wrong.
+            InputError: the manoeuvre or the sea is invalid.
             NumericalError: the simulation failed.
 
         """
-        wanted = None if manoeuvre is None else _changed(self._json("manoeuvre.json"), manoeuvre)
-        return _flight(self.vehicle._core.simulate(str(self.directory), wanted, sea))
+        text = None if manoeuvre is None else _changed(self._json("manoeuvre.json"), manoeuvre)
+        return _flight(self.vehicle._core.simulate(str(self.directory), text, sea))
 
     def savemat(self, path: str | Path, speeds: Sequence[float]) -> None:
         """Write the frozen controller on a grid of speeds to a .mat file.
@@ -236,7 +236,7 @@ class Design:
 
 @dataclass(frozen=True)
 class Autopilot:
-    """Designs of all axes of a design file for one vehicle, by the quantity that each axis steers."""
+    """Designs of all axes of a design file for one vehicle, by the quantity that each axis controls."""
 
     axes: dict[str, Design]
 
@@ -254,13 +254,13 @@ class Autopilot:
         Args:
             vehicle: the directory of `vehicle.toml` and the design file.
             design: the name of the design file, without `.toml`.
-            directory: where the files are written, those of each axis in a folder of its name, as by
+            directory: the directory for the files, with a folder for each axis by its name, as of
                 `squid design --out`.
             progress: a function called with progress reports.
 
         Raises:
             InfeasibleError: there is no controller.
-            NumericalError: none was found.
+            NumericalError: no controller was found.
 
         """
         axes = cls._vehicles(vehicle, design)
@@ -295,16 +295,16 @@ class Autopilot:
             sea: the text of a sea file.
 
         Raises:
-            InputError: the manoeuvre or the sea is wrong.
+            InputError: the manoeuvre or the sea is invalid.
             NumericalError: the simulation failed.
 
         """
         defaults = [axis._json("manoeuvre.json") for axis in self.axes.values()]
         steps = {name: height for one in defaults for name, height in one["steps"].items()}
-        wanted = _changed(defaults[0] | {"steps": steps}, manoeuvre or {})
+        text = _changed(defaults[0] | {"steps": steps}, manoeuvre or {})
         axes = list(self.axes.values())
         cores, folders = [axis.vehicle._core for axis in axes], [str(axis.directory) for axis in axes]
-        return _flight(_core.Vehicle.simulate_all(cores, folders, wanted, sea))
+        return _flight(_core.Vehicle.simulate_all(cores, folders, text, sea))
 
 
 def _changed(default: dict[str, Any], manoeuvre: dict[str, float]) -> str:

@@ -11,7 +11,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::Result as Outcome;
 use std::time::Duration;
 
-/// Interval at which Python is asked if Ctrl-C was pressed.
+/// Interval at which Python checks for Ctrl-C.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 enum Message<T> {

@@ -1,7 +1,7 @@
 //! Compiled part of the Python package `squid_lpv`, with text as input and output. The public interface is in
 //! `squid_lpv/*.py`.
 //!
-//! Problems and reports are the JSON of the command line, so that both use the same texts.
+//! Problems and reports use the same JSON as the command line.
 
 mod failure;
 mod job;

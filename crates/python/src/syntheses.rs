@@ -46,7 +46,7 @@ pub fn h2syn(python: Python<'_>, problem: String) -> PyResult<(Rows, Rows, Rows,
     Ok((a, b, c, d, found.norm))
 }
 
-/// Runs D-K iteration; returns A, B, C, D of the controller, the bound of mu of its loop, and that of each iteration.
+/// Runs D-K iteration; returns A, B, C, D of the controller, the upper bound of mu of its loop and of each iteration.
 #[pyfunction]
 pub fn musyn(
     python: Python<'_>,

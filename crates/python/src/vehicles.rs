@@ -56,7 +56,7 @@ impl Vehicle {
         &self.0.vehicle.name
     }
 
-    /// Returns the quantity that the axis steers, which is also the axis's name.
+    /// Returns the quantity that the axis controls, which is also the name of the axis.
     #[getter]
     fn axis(&self) -> &str {
         self.0.design.steered()
@@ -97,7 +97,7 @@ impl Vehicle {
     }
 
     /// Simulates the design in a directory with a manoeuvre as in `manoeuvre.json`, by default that of the design, in
-    /// calm water or in the sea of a text.
+    /// still water or in a sea, given as the text of its file.
     fn simulate(
         &self,
         python: Python<'_>,
@@ -152,7 +152,7 @@ impl Vehicle {
     }
 }
 
-/// Returns the exception for a failed simulation: `InputError` for a wrong manoeuvre, else `NumericalError`.
+/// Returns the exception for a failed simulation: `InputError` for an invalid manoeuvre, otherwise `NumericalError`.
 fn of_flight(error: FlightError) -> PyErr {
     match error {
         FlightError::Manoeuvre(_) => wrong(error),

@@ -1,4 +1,4 @@
-//! A flight at sea compared with the same flight in still water.
+//! Comparison of a flight at sea with the same flight in still water.
 
 use crate::error::Error;
 use crate::page::draw;
@@ -16,7 +16,7 @@ use squid_flight::record::Record;
 use squid_flight::sea::Sea;
 use std::path::Path;
 
-/// Figures of a flight, from true values, not sensor readings.
+/// Figures of a flight, from true values instead of sensor readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
     /// RMS error of the stepped output, rad or m.
@@ -27,16 +27,16 @@ pub struct Figures {
     pub actuator_use: f64,
 }
 
-/// The default manoeuvre at sea and in still water.
+/// Default manoeuvre at sea and in still water.
 #[derive(Debug, Clone)]
 pub struct Compared {
-    /// The figures as text.
+    /// Figures as text.
     pub words: String,
-    /// The flight at sea.
+    /// Flight at sea.
     pub at_sea: Figures,
-    /// The flight in still water, over the same time.
+    /// Flight in still water, over the same time.
     pub still: Figures,
-    /// When the vehicle reached the surface and the flight ended, s.
+    /// Time at which the vehicle reached the surface and the flight ended, s.
     pub surfacing: Option<f64>,
 }
 
@@ -84,7 +84,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     Ok(Compared { words, at_sea, still: calm, surfacing })
 }
 
-/// The encounter frequency of the wave peak at the two speeds of the manoeuvre, in words.
+/// Returns the encounter frequency of the wave peak at the two speeds of the manoeuvre, as text.
 fn waves_met(sea: &Sea, speeds: [f64; 2]) -> String {
     let Some(waves) = &sea.waves else { return String::new() };
     let peak = waves.spectrum.peak();

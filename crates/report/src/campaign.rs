@@ -1,4 +1,4 @@
-//! The page of a campaign: outcomes of the flights, the distribution of each figure, and its correlations.
+//! Page of a campaign: outcomes of the flights, the distribution of each figure, and its correlations.
 
 use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Section, Table, percent};
 use crate::rendered::Rendered;
@@ -10,16 +10,16 @@ use squid_campaign::plan::{Plan, Points};
 use squid_campaign::summary::{QUANTILES, Share, Spread};
 use squid_design::numbers::{above, decimals};
 
-/// Number of steps of a drawn distribution.
+/// Number of steps of a plotted distribution.
 const STEPS: usize = 200;
 
-/// Number of flights drawn as points: more would hide one another.
+/// Number of flights plotted as points: more would hide one another.
 const DRAWN: usize = 500;
 
-/// Rank correlations below this are not shown.
+/// Smallest rank correlation that is shown.
 pub const STRONG: f64 = 0.2;
 
-/// The page of a campaign, from its rows, their statistics, and the gains of its first vehicles.
+/// Returns the page of a campaign, from its rows, their statistics, and the gains of its first vehicles.
 pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread], gains: &[Gains]) -> String {
     let inputs = plan.first().inputs;
     let steered: Vec<&str> = plan.axes.iter().map(|axis| axis.steered().name).collect();
@@ -111,7 +111,7 @@ fn ended(shares: &[Share]) -> Section {
     Section::new("outcomes", "Outcomes", vec![Part::Table(table), Part::Words(words.into())])
 }
 
-/// The display of a figure: its name in words, its unit, and the factor to that unit.
+/// Returns how to display a figure: its name, its unit, and the factor to that unit.
 fn shown(figure: &str, unit: &'static str) -> (String, &'static str, f64) {
     let (unit, factor) = match unit {
         "1" => ("%", 100.0),
@@ -121,12 +121,12 @@ fn shown(figure: &str, unit: &'static str) -> (String, &'static str, f64) {
     (figure.replace('_', " "), unit, factor)
 }
 
-/// The figures that vary between flights.
+/// Returns the figures that vary between flights.
 fn varied(spreads: &[Spread]) -> impl Iterator<Item = &Spread> {
     spreads.iter().filter(|spread| spread.quantiles[0] != spread.largest)
 }
 
-/// The finite values of a figure, each with its row.
+/// Returns the finite values of a figure, each with its row.
 fn known<'r>(plan: &Plan<'_>, rows: &'r [Row], figure: &str) -> Vec<(f64, &'r Row)> {
     let index = plan.figures().iter().position(|(name, _)| name == figure);
     let value = |row: &'r Row| index.map(|index| (row.figures[index], row));
@@ -177,8 +177,11 @@ fn pushed(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
     for Spread { figure, unit, pushed_by, .. } in varied(spreads) {
         let (name, unit, factor) = shown(figure, unit);
         let strong: Vec<&(String, f64)> = pushed_by.iter().filter(|(_, r)| r.abs() >= STRONG).collect();
-        let said: Vec<String> = strong.iter().map(|(by, r)| format!("{by} {r:+.2}")).collect();
-        table.rows.push(vec![name.clone(), if said.is_empty() { "nothing".into() } else { said.join(", ") }]);
+        let correlations: Vec<String> = strong.iter().map(|(by, r)| format!("{by} {r:+.2}")).collect();
+        table.rows.push(vec![
+            name.clone(),
+            if correlations.is_empty() { "nothing".into() } else { correlations.join(", ") },
+        ]);
         let by = strong.first().and_then(|(by, _)| names.iter().position(|(name, _)| name == by));
         if let Some(index) = by {
             let of = &names[index];

@@ -5,7 +5,7 @@ use squid_proof::error::ProofError;
 use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 
-/// Why a report, or a section of it, could not be made.
+/// Reason why a report, or a section of it, could not be computed.
 #[derive(Debug, ThisError, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
@@ -21,16 +21,16 @@ pub enum Error {
     /// A plot could not be drawn.
     #[error("{path}: the plot cannot be drawn: {reason}")]
     Plot { path: String, reason: String },
-    /// Another design cannot fly the course of that of the report.
+    /// Another design cannot fly the course of the report's design.
     #[error("{file}: {what}; designs side by side (--beside) fly the same course")]
     NotBeside { file: String, what: String },
     /// There is no verdict.
     #[error("there is no verdict: {reason}")]
     Verdict { reason: String },
-    /// A section needs a pitch step.
+    /// The section needs a pitch step.
     #[error("it is about steps of pitch, and the design does not track the pitch")]
     PitchNotTracked,
-    /// A report on nothing.
+    /// The report has no axis.
     #[error("there is no axis to report on")]
     NoAxis,
     /// The report needs a step of pitch or depth.

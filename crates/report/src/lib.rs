@@ -1,10 +1,10 @@
-//! `squid report`: a page about a stored design.
+//! `squid report`: page on a stored design.
 //!
 //! ```text
 //! inputs, stored design -> Subject -> sections (figures, tables) -> page, SVG files
 //! ```
 //!
-//! `SECTIONS` in [`report`] is the table of contents; a new section is a new line in it.
+//! `SECTIONS` in [`report`] is the table of contents; a new section needs one more entry.
 
 pub mod at_sea;
 pub mod campaign;

@@ -1,4 +1,4 @@
-//! Layout of a report: charts, figures, sections and the page.
+//! Layout of a report: charts, figures, sections and page.
 
 mod axis;
 mod chart;

@@ -1,5 +1,5 @@
-//! Comparison of the controller with what a practitioner would use, a PID with gains over speed and blended H-infinity
-//! controllers, and with other designs of the vehicle: sizes, proofs, flights and verdicts, a column each.
+//! Comparison of the controller with common alternatives, a PID with gains scheduled on speed and blended H-infinity
+//! controllers, and with other designs of the vehicle: sizes, proofs, flights and verdicts, with one column each.
 
 pub mod beside;
 pub mod course;
@@ -23,10 +23,10 @@ use squid_tune::error::Error as TuneError;
 use squid_tune::pid::in_flight::{Judged, tune_in_flight};
 use std::iter::once;
 
-/// The comparison at three speeds and on the speed ramp of the manoeuvre.
+/// Compares the controllers at three speeds and on the speed ramp of the manoeuvre.
 ///
 /// # Errors
-/// The errors of trim, linearisation and the uncertain model, and of the verdicts; [`Error::NothingSteps`].
+/// Errors of trim, linearisation, uncertain model and verdicts; [`Error::NothingSteps`].
 pub(crate) fn peers(subject: &Subject) -> Result<Vec<Part>, Error> {
     subject.output()?;
     let designs: Vec<&Subject> = once(subject).chain(&subject.beside).collect();
@@ -50,7 +50,7 @@ pub(crate) fn peers(subject: &Subject) -> Result<Vec<Part>, Error> {
         table.rows.extend(verdicts(&designs)?);
     }
     for row in table.rows.iter_mut().filter(|row| row.len() == 2 + designs.len()) {
-        // A law that is no design has neither proof nor verdict.
+        // Laws other than designs have neither proof nor verdict.
         row.resize(2 + laws.len(), NOTHING.into());
         row.resize(table.head.len(), String::new());
     }
@@ -59,11 +59,11 @@ pub(crate) fn peers(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(vec![Part::Words(words.trim_end().into()), Part::Table(table), Part::Words(scores.join(" "))])
 }
 
-/// How many rows of the comparison the design wins, draws and loses against the PID that is tuned in flight, in words;
-/// or why there is no such PID.
+/// Counts the rows of the comparison that the design wins, draws and loses against the PID tuned in flight; returns the
+/// score, or the reason why there is no such PID, as text.
 ///
 /// # Errors
-/// As the section of the report.
+/// Errors of trim, linearisation and the uncertain model.
 pub fn against_pid(subject: &Subject) -> Result<String, Error> {
     Ok(match tuned(subject)? {
         Ok((pid, _)) => {
@@ -77,7 +77,7 @@ fn no_pid(reason: &str) -> String {
     format!("No PID was tuned: {reason}.")
 }
 
-/// Both ends of the speed ramp of the manoeuvre and the middle.
+/// Returns both ends and the middle of the speed ramp of the manoeuvre.
 fn speeds(subject: &Subject) -> [f64; 3] {
     let m = &subject.stored.manoeuvre;
     let (low, high) = match (m.speed_from.min(m.speed_to), m.speed_from.max(m.speed_to)) {
@@ -87,14 +87,15 @@ fn speeds(subject: &Subject) -> [f64; 3] {
     [low, 0.5 * (low + high), high]
 }
 
-/// The PID of least cost for the flights at the three speeds, and that cost; or, in words, why there is none.
+/// Returns the PID of least cost for the flights at the three speeds, and that cost; or the reason why there is none,
+/// as text.
 ///
-/// The cost is the mean of ratios to the design's figures on the same course: ITAE and settling time of what the axis
-/// steers, ITAE of the speed, and the peak after the gust. At each speed |S| and the noise in the commands are no larger
-/// than the design's.
+/// The cost is the mean of ratios to the design's figures on the same course: ITAE and settling time of the stepped
+/// output, ITAE of the speed, and the peak after the gust. |S| and the noise in the commands must be no larger than the
+/// design's at each speed.
 ///
 /// # Errors
-/// The errors of trim and linearisation.
+/// Errors of trim and linearisation.
 fn tuned<'a>(subject: &'a Subject) -> Result<Result<(Law<'a>, f64), String>, Error> {
     let linear = |v: &f64| Ok(subject.inputs.axis().linearise(*v)?);
     let linear: Vec<Linearisation> = speeds(subject).iter().map(linear).collect::<Result<_, Error>>()?;
@@ -133,10 +134,10 @@ fn tuned<'a>(subject: &'a Subject) -> Result<Result<(Law<'a>, f64), String>, Err
     })
 }
 
-/// A larger ratio to a figure of the design counts as this.
+/// Largest ratio to a figure of the design in the cost.
 const WORST: f64 = 10.0;
 
-/// The rows of laws at three speeds and on the ramp, those without any figure left out.
+/// Returns the rows of laws at three speeds and on the ramp, without rows that have no figure.
 fn flown(subject: &Subject, laws: &[Law]) -> Result<Vec<Line>, Error> {
     let (name, tick) = (subject.step().name, subject.inputs.design.sample_time);
     let stepped = |what: &str| {
@@ -217,7 +218,7 @@ pub(crate) mod tests {
     use squid_lpv::matrix::Mat;
     use std::path::Path;
 
-    /// The committed design of Squid.
+    /// Returns the committed design of Squid.
     pub(crate) fn squid() -> (Inputs, Stored) {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
         let inputs = Inputs::read(&folder, "design").unwrap();
@@ -225,17 +226,17 @@ pub(crate) mod tests {
         (inputs, stored)
     }
 
-    /// At one speed and away from limits, each law flies as its frozen system does in its place, also with delayed
+    /// Flights of each law at one speed and away from limits equal those of its frozen system, also with delayed
     /// commands.
     #[test]
-    fn laws_fly_as_their_frozen_systems() {
+    fn laws_match_their_frozen_systems() {
         let (inputs, mut stored) = squid();
         stored.manoeuvre = stored.manoeuvre.with_step("pitch", 0.01);
         for delay in [0, 3] {
             stored.controller.delay_ticks = delay;
             let progress = Progress::default();
             let mut subject = Subject::new(&inputs, &stored, &progress).unwrap();
-            // Two neighbours are enough for a blend.
+            // Two adjacent speeds suffice for a blend.
             subject.speeds = vec![subject.speeds[2], subject.speeds[3]];
             let speed = 0.7 * subject.speeds[0] + 0.3 * subject.speeds[1];
             let manoeuvre = subject.stepped(speed, (1.0, f64::MAX), 6.0);
@@ -252,7 +253,7 @@ pub(crate) mod tests {
                     (frozen.unwrap().rows, law.fly(&inputs.vehicle, &manoeuvre, &variations).unwrap().rows);
                 assert!(flown.iter().any(|row| (row.commands[0] - flown[0].commands[0]).abs() > 1.0));
                 for (one, other) in flown.iter().zip(frozen) {
-                    // The speed, and with it the law, hardly changes.
+                    // The speed, and hence the law, hardly changes.
                     assert!((one.measured(0) - other.measured(0)).abs() < 1e-4, "{delay} {one:?} {other:?}");
                     assert!((one.commands[0] - other.commands[0]).abs() < 0.05, "{delay} {one:?} {other:?}");
                 }
@@ -260,9 +261,10 @@ pub(crate) mod tests {
         }
     }
 
-    /// A PID in the place of a controller has its gains: with none on the error, a step of the reference moves nothing.
+    /// A PID flown in place of a controller has its gains: with a reference weight of 0 a step of the reference has no
+    /// effect.
     #[test]
-    fn a_pid_is_flown_with_its_gains() {
+    fn pid_flies_with_its_gains() {
         let (inputs, stored) = squid();
         let progress = Progress::default();
         let subject = Subject::new(&inputs, &stored, &progress).unwrap();

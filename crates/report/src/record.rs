@@ -1,11 +1,11 @@
-//! The plot of a record.
+//! Plot of a record.
 
 use crate::page::{Kind, Line, Panel};
 use squid_auv::Actuator;
 use squid_flight::record::Record;
 
-/// Pitch, heading, roll, speed, commands and depth over time, as far as they are recorded. Commands are shown as
-/// actuator outputs, in one panel per unit. Of a vehicle that turns also the track.
+/// Returns panels of pitch, heading, roll, speed, commands and depth over time, if recorded, and of the track if the
+/// heading is controlled. Commands are shown as actuator outputs, in one panel per unit.
 pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
     let mapped = |name: &str, key: &str, kind: Kind, of: &dyn Fn(f64) -> f64| {
         let points = record.get("time")?.iter().zip(record.get(key)?).map(|(t, v)| (*t, of(*v))).collect();
@@ -54,7 +54,7 @@ pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
     panels.into_iter().filter(|panel| !panel.lines.is_empty()).collect()
 }
 
-/// The track of a vehicle that steers its heading.
+/// Returns the track of a vehicle whose heading is controlled.
 fn track(record: &Record) -> Option<Line> {
     record.get("heading_reference_used")?;
     let points = record.get("east")?.iter().copied().zip(record.get("north")?.iter().copied()).collect();

@@ -1,4 +1,4 @@
-//! A rendered report, cached next to its design: it is computed again only if its inputs have changed.
+//! Rendered report, cached next to its design and computed again only if its inputs have changed.
 
 use crate::error::Error;
 use crate::page::html;
@@ -12,21 +12,21 @@ use squid_design::store::Stored;
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 
-/// The file name.
+/// Name of the cache file.
 pub const FILE: &str = "report.json";
 
-/// A rendered report.
+/// Rendered report.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Rendered {
-    /// Key of its inputs; see [`key`].
+    /// Key of the inputs; see [`key`].
     key: Option<String>,
-    /// The warning for a design whose proof fails.
+    /// Warning for a design whose proof fails.
     pub unproved: Option<String>,
-    /// The verdict for a terminal.
+    /// Verdict for a terminal.
     pub words: String,
-    /// The program and the input files.
+    /// Program and input files.
     origin: String,
-    /// The page before and after the inserted origin and remarks.
+    /// Parts of the page before and after the inserted origin and remarks.
     head: String,
     body: String,
     /// Names and SVG files of the figures.
@@ -34,7 +34,7 @@ pub struct Rendered {
 }
 
 impl Rendered {
-    /// The rendering of a report without a cache.
+    /// Renders a report without a cache.
     pub fn of(report: &Report) -> Self {
         Self::new(report, None)
     }
@@ -46,7 +46,7 @@ impl Rendered {
         Self { key, unproved, words: report.words.clone(), origin, head, body, figures }
     }
 
-    /// The page, with the paragraphs `about` below its heading.
+    /// Returns the page, with the paragraphs `about` below its heading.
     pub fn page(&self, about: &[String]) -> String {
         self.page_of(&self.origin, about)
     }
@@ -76,23 +76,23 @@ impl Rendered {
     }
 }
 
-/// The full report of a stored design: read from `directory` if its inputs and the options `asked` are unchanged, else
-/// computed by `make` and stored there.
+/// Returns the full report of a stored design: read from `directory` if its inputs and `options` are unchanged,
+/// otherwise computed by `make` and stored there.
 ///
 /// # Errors
-/// The errors of `make`; [`files::Error`](squid_base::files::Error).
+/// Errors of `make`; [`files::Error`](squid_base::files::Error).
 pub fn rendered(
     inputs: &Inputs,
     stored: &Stored,
     directory: &Path,
-    asked: &impl Debug,
+    options: &impl Debug,
     make: impl FnOnce() -> Result<Report, Error>,
     progress: &Progress,
 ) -> Result<Rendered, Error> {
     let path = directory.join(FILE);
-    // The running program is in the key, so that no report of another version is shown.
+    // The key includes the running program, so that no report of another version is shown.
     let program = std::env::current_exe().and_then(std::fs::read).ok();
-    let key = program.map(|program| key(&program, inputs, stored, asked));
+    let key = program.map(|program| key(&program, inputs, stored, options));
     let kept = std::fs::read_to_string(&path).ok();
     let kept = kept.and_then(|text| serde_json::from_str::<Rendered>(&text).ok());
     if let Some(kept) = kept.filter(|kept| key.is_some() && kept.key == key) {
@@ -107,8 +107,8 @@ pub fn rendered(
     Ok(fresh)
 }
 
-/// The date (UTC) of the last change of the input files. It is not packed, so that the same files give the same bytes
-/// on any day.
+/// Returns the date (UTC) of the last change of the input files. It is not cached, so that the same files give the same
+/// bytes on any day.
 fn date(inputs: &Inputs) -> Option<String> {
     let files = ["vehicle.toml", &inputs.design.file];
     let changed = |file: &&str| std::fs::metadata(inputs.directory.join(file)).ok()?.modified().ok();
@@ -116,9 +116,9 @@ fn date(inputs: &Inputs) -> Option<String> {
     humantime::format_rfc3339_seconds(latest).to_string().split('T').next().map(str::to_owned)
 }
 
-/// SHA-256 of all inputs of a report: vehicle and design file, the stored design, the options, and the program.
-fn key(program: &[u8], inputs: &Inputs, stored: &Stored, asked: &impl Debug) -> String {
-    sha256(&format!("{:?}", (Sha256::digest(program), &inputs.hashes, &inputs.design.name, stored, asked)))
+/// Returns the SHA-256 of all inputs of a report: vehicle and design file, stored design, options, and program.
+fn key(program: &[u8], inputs: &Inputs, stored: &Stored, options: &impl Debug) -> String {
+    sha256(&format!("{:?}", (Sha256::digest(program), &inputs.hashes, &inputs.design.name, stored, options)))
 }
 
 #[cfg(test)]
@@ -129,9 +129,9 @@ mod tests {
     use squid_flight::sea::Sea;
     use std::time::{Duration, SystemTime};
 
-    /// A design with another bandwidth has the date and name of its file on the page.
+    /// The page of a design with changed bandwidth has the date and name of its file.
     #[test]
-    fn an_altered_design_has_the_date_of_its_file() {
+    fn altered_design_has_the_date_of_its_file() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let folder = tempfile::tempdir().unwrap();
         for name in ["vehicle.toml", "design.toml"] {
@@ -145,14 +145,14 @@ mod tests {
         assert!(origin.contains(", design.toml as design-bandwidth-0.1 with "), "{origin}");
     }
 
-    /// Every input of the report is in the key, so that no other report is shown.
+    /// Every input of the report changes the key, so that no other report is shown.
     #[test]
-    fn another_design_has_another_key() {
+    fn key_depends_on_every_input() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "design").unwrap();
         let stored = load(&vehicle.join("frozen"), &inputs).unwrap();
-        let asked = (true, None::<(Sea, String)>);
-        let of = |inputs: &Inputs, stored: &Stored| key(b"squid", inputs, stored, &asked);
+        let options = (true, None::<(Sea, String)>);
+        let of = |inputs: &Inputs, stored: &Stored| key(b"squid", inputs, stored, &options);
         let mut keys = vec![of(&inputs, &stored)];
         assert_eq!(keys[0], of(&inputs, &stored));
 
@@ -179,7 +179,7 @@ mod tests {
         for other in [(false, None), (true, sea)] {
             keys.push(key(b"squid", &inputs, &stored, &other));
         }
-        keys.push(key(b"squid of another version", &inputs, &stored, &asked));
+        keys.push(key(b"squid of another version", &inputs, &stored, &options));
         keys.sort();
         keys.dedup();
         assert_eq!(keys.len(), 10);

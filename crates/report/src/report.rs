@@ -1,4 +1,4 @@
-//! The report on one design: its sections, computed in parallel.
+//! Report on one design: its sections, computed in parallel.
 
 use crate::error::Error;
 use crate::page::{Figure, Part, Section};
@@ -16,10 +16,10 @@ use squid_design::inputs::{Inputs, sha256};
 use squid_design::store::Stored;
 use std::time::Instant;
 
-/// Anchor and title of a section, and what computes it.
+/// Anchor and title of a section, and the function that computes it.
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
 
-/// The sections, in reading order.
+/// Sections, in reading order.
 const SECTIONS: [Maker; 20] = [
     ("verdict", "Requirements and results", verdict::verdict),
     ("steps", "Step responses and actuators", steps::steps),
@@ -43,40 +43,40 @@ const SECTIONS: [Maker; 20] = [
     ("responses", "The model: frequency responses", fit::responses),
 ];
 
-/// The sections on surge, heave and pitch alone.
+/// Sections that apply only to surge, heave and pitch.
 const OF_THE_VERTICAL_PLANE: [&str; 4] = ["envelope", "disturbances", "sea", "working-sea"];
 
-/// The slowest sections, the slowest first.
+/// Slowest sections, the slowest first.
 const LONGEST: [&str; 3] = ["gammas", "peers", "mu"];
 
-/// The sections of the page in the FMUs: results of `squid design`, and steps that are quickly simulated.
+/// Sections of the page in the FMUs: results of `squid design`, and steps that are quick to simulate.
 const BRIEF: [&str; 4] = ["verdict", "steps", "flown", "theorem"];
 
-/// The report on one design of one vehicle.
+/// Report on one design of one vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// The page's title.
+    /// Title of the page.
     pub heading: String,
     /// Warnings, shown first.
     pub warning: Option<String>,
-    /// The part of the warning on the proof.
+    /// Part of the warning on the proof.
     pub unproved: Option<String>,
-    /// The part of the warning on the vehicle.
+    /// Part of the warning on the vehicle.
     pub surrogate: Option<String>,
-    /// The program and the input files.
+    /// Program and input files.
     pub origin: String,
-    /// The introduction of the page.
+    /// Introduction of the page.
     pub introduction: Vec<String>,
-    /// The vehicle in words.
+    /// Name of the vehicle.
     pub subject: String,
-    /// The verdict for a terminal, if there is one.
+    /// Verdict for a terminal; may be empty.
     pub words: String,
-    /// The sections.
+    /// Sections.
     pub sections: Vec<Section>,
 }
 
-/// Computes the sections of the report in parallel and reports the progress. A section that fails contains the reason;
-/// an empty one is left out.
+/// Computes the sections of the report in parallel and reports progress. A section that fails contains the reason; an
+/// empty section is omitted.
 pub fn report(subject: &Subject) -> Report {
     let mut report = with_sections(subject, &SECTIONS.iter().collect::<Vec<_>>());
     if let Some((_, text)) = &subject.sea {
@@ -93,15 +93,14 @@ pub fn report(subject: &Subject) -> Report {
     report
 }
 
-/// An axis as it is reported on: its files, its stored design, and the result of the repeated proof.
+/// Axis of a report: its files, its stored design, and the result of the repeated proof.
 pub type Proved<'a> = (&'a Inputs, &'a Stored, &'a Result<Theorem, String>);
 
-/// The brief report of a design after `squid design`, of one axis or more; `whole` is the command that writes the full
-/// report.
+/// Computes the brief report of `squid design`, of one axis or more; `full_command` writes the full report.
 ///
 /// # Errors
-/// As [`Subject::new`]; [`Error::NoAxis`].
-pub fn brief(axes: &[Proved<'_>], whole: &str, progress: &Progress) -> Result<Report, Error> {
+/// Errors of [`Subject::new`]; [`Error::NoAxis`].
+pub fn brief(axes: &[Proved<'_>], full_command: &str, progress: &Progress) -> Result<Report, Error> {
     let of_axis = |(inputs, stored, proof): &Proved<'_>| {
         let mut subject = Subject::new(inputs, stored, progress)?.proved(proof);
         subject.brief = true;
@@ -110,23 +109,23 @@ pub fn brief(axes: &[Proved<'_>], whole: &str, progress: &Progress) -> Result<Re
     };
     let axes = axes.iter().map(of_axis).collect::<Result<_, Error>>()?;
     let mut report = Report::together(axes, vec![]).ok_or(Error::NoAxis)?;
-    report.introduction.push(format!("The full report is written by `{whole}`."));
+    report.introduction.push(format!("The full report is written by `{full_command}`."));
     Ok(report)
 }
 
-/// A report with some of the sections. Empty ones are left out.
+/// Computes a report with some of the sections. Empty sections are omitted.
 fn with_sections(subject: &Subject, makers: &[&Maker]) -> Report {
     let progress = subject.progress;
     let make = |&(id, title, of): &Maker| section(progress, (id, title), || of(subject));
-    // First, so that it is read before any figure.
+    // The remark on the proof comes first, so that it is read before any figure.
     let unproved = subject.stored.remark(subject.proof());
     unproved.iter().for_each(|words| progress.warn(words));
-    // The slowest first, so that the others run in parallel.
+    // The slowest sections start first, so that the others run in parallel.
     let lateral = subject.inputs.design.view().is_level_held;
     let applies = |maker: &&Maker| !(lateral && OF_THE_VERTICAL_PLANE.contains(&maker.0));
     let mut order: Vec<&Maker> = makers.iter().copied().filter(applies).collect();
-    let place = |maker: &&Maker| LONGEST.iter().position(|id| *id == maker.0).unwrap_or(LONGEST.len());
-    order.sort_by_key(place);
+    let rank = |maker: &&Maker| LONGEST.iter().position(|id| *id == maker.0).unwrap_or(LONGEST.len());
+    order.sort_by_key(rank);
     let mut sections = in_parallel(order.into_iter(), make);
     sections.retain(|section| !section.parts.is_empty());
     sections.sort_by_key(|section| makers.iter().position(|maker| maker.0 == section.id));
@@ -135,7 +134,7 @@ fn with_sections(subject: &Subject, makers: &[&Maker]) -> Report {
     Report { sections, words: verdict, ..Report::without_sections(subject.inputs, unproved) }
 }
 
-/// Computes a section and reports the progress; if it fails, it contains the reason.
+/// Computes a section and reports progress; a section that fails contains the reason.
 pub fn section(
     progress: &Progress,
     (id, title): (&'static str, &'static str),
@@ -148,7 +147,7 @@ pub fn section(
     Section::new(id, title, parts)
 }
 
-/// Version, input files and their hashes.
+/// Returns version, input files and their hashes.
 fn origin(inputs: &Inputs) -> String {
     let hashes = &inputs.hashes;
     format!(
@@ -162,7 +161,7 @@ fn origin(inputs: &Inputs) -> String {
 }
 
 impl Report {
-    /// The report before any computation: vehicle, design and warnings.
+    /// Returns the report before any computation: vehicle, design and warnings.
     pub(crate) fn without_sections(inputs: &Inputs, unproved: Option<String>) -> Self {
         let vehicle = &inputs.vehicle;
         let surrogate = (vehicle.status == Status::Surrogate).then(|| {
@@ -195,8 +194,8 @@ impl Report {
         }
     }
 
-    /// The reports of the axes of one autopilot on one page, the sections that are of all of them first; `axes` says
-    /// what each steers.
+    /// Joins the reports of the axes of one autopilot on one page, with the sections `of_all` first; `axes` contains
+    /// the controlled quantity and the report of each axis. `None` without an axis.
     pub fn together(axes: Vec<(&str, Self)>, of_all: Vec<Section>) -> Option<Self> {
         let several = axes.len() > 1;
         let mut all: Option<Self> = None;
@@ -220,14 +219,14 @@ impl Report {
         Some(all)
     }
 
-    /// All figures.
+    /// Returns all figures.
     pub fn figures(&self) -> impl Iterator<Item = &Figure> {
         let parts = self.sections.iter().flat_map(|section| &section.parts);
         parts.filter_map(|part| if let Part::Figure(figure) = part { Some(figure) } else { None })
     }
 }
 
-/// Two warnings as one.
+/// Joins two warnings.
 fn join(first: Option<String>, second: Option<String>) -> Option<String> {
     first.into_iter().chain(second).reduce(|first, second| format!("{first}. {second}"))
 }
@@ -237,9 +236,9 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// The warning follows from the vehicle file alone: its status, and its name.
+    /// The warning depends only on the status and the name in the vehicle file.
     #[test]
-    fn a_surrogate_is_named_by_its_file() {
+    fn surrogate_warning_names_the_vehicle() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let mut inputs = Inputs::read(&vehicles.join("squid"), "design").unwrap();
         let warning = |inputs: &Inputs| Report::without_sections(inputs, None).warning;

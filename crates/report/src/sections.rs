@@ -1,4 +1,4 @@
-//! The sections of the report, one file each, and shared computations.
+//! Sections of the report, one file each, and shared computations.
 
 pub(crate) mod disturbances;
 pub(crate) mod envelope;

@@ -1,4 +1,4 @@
-//! Simulations in this process: the default manoeuvre, steps over the speed range, and open-loop responses.
+//! Simulations: the default manoeuvre, steps over the speed range, and open-loop responses.
 
 use crate::error::Error;
 use crate::page::{Kind, Line, Panel, capital, draw, extent, known, tidy};
@@ -16,15 +16,15 @@ use squid_flight::record::Record;
 use squid_scheduled::Manoeuvre;
 use std::path::Path;
 
-/// The number of speeds at which steps are simulated.
+/// Number of speeds at which steps are simulated.
 const STEP_SPEEDS: usize = 6;
 
 /// Results of the simulations.
 #[derive(Debug, Clone)]
 pub struct Flown {
-    /// The figures as text.
+    /// Figures as text.
     pub words: String,
-    /// The speed of each step, m/s, and its figures.
+    /// Speed of each step, m/s, and its figures.
     pub steps: Vec<(f64, StepFigures)>,
 }
 
@@ -93,14 +93,14 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
     Ok(Flown { words: out, steps })
 }
 
-/// A sentence if a flight ended at the surface.
+/// Returns a sentence if a flight ended at the surface, otherwise nothing.
 pub(crate) fn early_end(flight: &str, surfacing: Option<Surfacing>) -> String {
     let words =
         |s| format!("In {flight} {s}, and the flight ends there: its equations are those of deep water.\n");
     surfacing.map(words).unwrap_or_default()
 }
 
-/// A warning if the speed along the path was outside the range of the design, with its extent and duration.
+/// Returns a warning, with extent and duration, if the speed along the path was outside the range of the design.
 pub(crate) fn out_of_range(flight: &str, rows: &[Row], inputs: &Inputs) -> String {
     let (low, high) = (inputs.design.speed_min, inputs.design.speed_max);
     let along = |row: &Row| {
@@ -139,7 +139,8 @@ fn figures_line(speed: f64, f: &StepFigures) -> String {
     )
 }
 
-/// The open-loop response to a small step of the first actuator at three speeds: the title of the plot, and the plot.
+/// Simulates the open-loop response to a small step of the first actuator at three speeds; returns the title and the
+/// panel of its plot.
 fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error> {
     let actuator = &inputs.vehicle.actuators[0];
     let height = 0.02 * actuator.reach();
@@ -161,7 +162,7 @@ fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error>
     Ok((title, Panel::over_time(format!("{angle} from trim (deg)"), lines)))
 }
 
-/// The line of a flight at a speed.
+/// Returns the line of a flight at a speed.
 fn line(inputs: &Inputs, speed: f64, points: Vec<(f64, f64)>) -> Line {
     let part = 0.5 * (inputs.design.rho(speed) + 1.0);
     Line { name: format!("{speed:.2} m/s"), points, kind: Kind::Along(part) }

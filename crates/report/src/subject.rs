@@ -1,4 +1,4 @@
-//! The subject of a report: a vehicle, its model, and the stored controller.
+//! Subject of a report: a vehicle, its model, and the stored controller.
 
 use crate::error::Error;
 use crate::page::Key;
@@ -32,17 +32,17 @@ use squid_lpv::synthesis::{Design, by_inequalities};
 use squid_scheduled::{ControllerDesign, Manoeuvre};
 use std::sync::OnceLock;
 
-/// The number of speeds over the range of the design.
+/// Number of speeds over the range of the design.
 const SPEEDS: usize = 6;
 
 /// Time of a step (s).
 pub const STEP_TIME: f64 = 1.0;
 /// Duration of a step response (s).
 pub const FLOWN: f64 = 60.0;
-/// Default drawn duration of a response (s).
+/// Default plotted duration of a response (s).
 pub const SHOWN: f64 = 30.0;
 
-/// The drawn duration of step responses (s), from the longest settling time (s).
+/// Returns the plotted duration of step responses (s), from the longest settling time (s).
 pub fn shown(slowest: f64) -> f64 {
     if slowest < 0.6 * SHOWN { SHOWN } else { FLOWN }
 }
@@ -63,37 +63,37 @@ pub struct MuBounds {
 pub struct Subject<'a> {
     /// Vehicle and design files.
     pub inputs: &'a Inputs,
-    /// The stored design.
+    /// Stored design.
     pub stored: &'a Stored,
     /// Linearisations and fits.
     pub model: Model,
-    /// The generalised plant of the design.
+    /// Generalised plant of the design.
     pub plant: GeneralisedPlant,
-    /// The stored controller.
+    /// Stored controller.
     pub controller: Controller,
     /// Six speeds over the range.
     pub speeds: Vec<f64>,
-    /// The true linearisations at these speeds.
+    /// True linearisations at these speeds.
     pub truth: Vec<Linearisation>,
-    /// Reports progress.
+    /// Progress reports.
     pub progress: &'a Progress<'a>,
-    /// A sea for simulations, and the text of its file.
+    /// Sea for simulations, and the text of its file.
     pub sea: Option<(Sea, String)>,
-    /// Other designs of the vehicle, to be shown beside this one.
+    /// Other designs of the vehicle, for comparison with this one.
     pub beside: Vec<Subject<'a>>,
-    /// Whether the verdict uses stored results of long computations, if there are any.
+    /// `true` if the verdict uses stored results of long computations, where available.
     pub brief: bool,
-    /// The bounds of the section on mu, once computed, if there are bounds at every speed.
+    /// Bounds of the section on mu, once computed, if there are bounds at every speed.
     pub mu: OnceLock<Vec<MuBounds>>,
     alone: OnceLock<Vec<Result<Design, SynthesisError>>>,
     proof: OnceLock<Result<Theorem, String>>,
     verdict: OnceLock<Result<Verdict, String>>,
 }
 
-/// The step of a design's default flight.
+/// Step of a design's default flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// The index of the output among the signals of the axis.
+    /// Index of the output among the signals of the axis.
     pub index: usize,
     /// Name of the output.
     pub name: &'static str,
@@ -106,7 +106,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// The step of a manoeuvre of a design.
+    /// Returns the step of a manoeuvre of a design.
     pub fn of(inputs: &Inputs, manoeuvre: &Manoeuvre) -> Self {
         let index = inputs.design.stepped();
         let signal = &inputs.design.interface.signals[index];
@@ -114,19 +114,19 @@ impl Step {
         Self { index, name: signal.name, height: manoeuvre.step(signal.name), factor, unit }
     }
 
-    /// The height with its unit, in words.
+    /// Returns the height with its unit as text.
     pub fn words(&self) -> String {
         format!("{} {}", squid_auv::rounded(self.factor * self.height), self.unit)
     }
 
-    /// The axis label of the output's deviation from trim or, for depth, from the start.
+    /// Returns the axis label of the output's deviation from trim or, for depth and heading, from the start.
     pub fn from_trim(&self) -> String {
         let from = if ["depth", "heading"].contains(&self.name) { "start" } else { "trim" };
         format!("{} from {from} ({})", self.name, self.unit)
     }
 }
 
-/// The name of a vehicle, with the word surrogate if it is one.
+/// Returns the name of a vehicle, with the word surrogate if it is one.
 pub(crate) fn name(vehicle: &Vehicle) -> String {
     match vehicle.status {
         Status::Surrogate => format!("the {} surrogate", vehicle.name),
@@ -135,12 +135,12 @@ pub(crate) fn name(vehicle: &Vehicle) -> String {
 }
 
 impl<'a> Subject<'a> {
-    /// Whether the speed is imposed from outside.
+    /// Returns `true` if the speed is imposed externally.
     pub fn speed_is_given(&self) -> bool {
         self.inputs.vehicle.coefficients.surge.is_given()
     }
 
-    /// The name of the demanded speed.
+    /// Returns the name of the commanded speed.
     pub fn wanted_speed(&self) -> &'static str {
         if self.speed_is_given() { "given speed" } else { "speed reference" }
     }
@@ -148,7 +148,7 @@ impl<'a> Subject<'a> {
     /// Linearises and fits the vehicle again, and takes the controller from the stored design.
     ///
     /// # Errors
-    /// As [`Model::new`]; [`ProofError::Mismatch`](squid_proof::error::ProofError::Mismatch) when the stored
+    /// Errors of [`Model::new`]; [`ProofError::Mismatch`](squid_proof::error::ProofError::Mismatch) if the stored
     /// controller has ragged matrices.
     pub fn new(inputs: &'a Inputs, stored: &'a Stored, progress: &'a Progress<'a>) -> Result<Self, Error> {
         let model = Model::new(&inputs.axis(), &inputs.design)?;
@@ -176,8 +176,8 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The H-infinity controller for the linearisation at each of the six speeds, by the same inequalities; computed
-    /// once.
+    /// Returns the H-infinity controller for the linearisation at each of the six speeds, by the same inequalities;
+    /// computed once.
     pub fn alone(&self) -> &[Result<Design, SynthesisError>] {
         let options = options(&self.inputs.design);
         let made = |v: &f64| {
@@ -190,18 +190,18 @@ impl<'a> Subject<'a> {
         self.alone.get_or_init(|| self.speeds.iter().map(made).collect())
     }
 
-    /// The proof of the stored certificate; computed once.
+    /// Returns the proof of the stored certificate; computed once.
     pub fn proof(&self) -> &Result<Theorem, String> {
         self.proof.get_or_init(|| self.stored.prove(self.inputs))
     }
 
-    /// This subject with a proof that is already known.
+    /// Returns this subject with a proof that is already known.
     pub(crate) fn proved(mut self, proof: &Result<Theorem, String>) -> Self {
         self.proof = OnceLock::from(proof.clone());
         self
     }
 
-    /// The verdict on the stored controller with the advice of `squid design`; computed once.
+    /// Returns the verdict on the stored controller with the advice of `squid design`; computed once.
     ///
     /// # Errors
     /// [`Error::Verdict`].
@@ -223,27 +223,27 @@ impl<'a> Subject<'a> {
         self.verdict.get_or_init(reached).as_ref().map_err(|reason| Error::Verdict { reason: reason.clone() })
     }
 
-    /// The name of the vehicle, with the word surrogate if it is one.
+    /// Returns the name of the vehicle, with the word surrogate if it is one.
     pub fn name(&self) -> String {
         name(&self.inputs.vehicle)
     }
 
-    /// The scheduling parameter `rho = (V - centre)/half_range` at a speed V along the path (m/s).
+    /// Returns the scheduling parameter `rho = (V - centre)/half_range` at a speed V along the path (m/s).
     pub fn rho(&self, speed: f64) -> f64 {
         self.inputs.design.rho(speed)
     }
 
-    /// A speed (m/s) as text.
+    /// Returns a speed (m/s) as text.
     pub fn speed_name(v: f64) -> String {
         format!("{v:.2} m/s")
     }
 
-    /// A key for each of the speeds, from the slowest to the fastest.
+    /// Returns a key for each of the speeds, from the slowest to the fastest.
     pub fn speed_keys(&self) -> Vec<Key> {
         self.speeds.iter().map(|v| Key::along(0.5 * (self.rho(*v) + 1.0), Self::speed_name(*v))).collect()
     }
 
-    /// The index among the tracked outputs of the stepped one: pitch, or depth if pitch is not tracked.
+    /// Returns the index of the stepped output among the tracked outputs.
     ///
     /// # Errors
     /// [`Error::NothingSteps`].
@@ -252,7 +252,7 @@ impl<'a> Subject<'a> {
         tracked.iter().position(|t| t.index == stepped).ok_or(Error::NothingSteps)
     }
 
-    /// The index of pitch among the tracked outputs.
+    /// Returns the index of pitch among the tracked outputs.
     ///
     /// # Errors
     /// [`Error::PitchNotTracked`].
@@ -261,18 +261,18 @@ impl<'a> Subject<'a> {
         tracked.iter().position(|t| t.index == PITCH).ok_or(Error::PitchNotTracked)
     }
 
-    /// The step of the default flight.
+    /// Returns the step of the default flight.
     pub fn step(&self) -> Step {
         Step::of(self.inputs, &self.stored.manoeuvre)
     }
 
-    /// The actuator of [`frequency::turning_actuator`], with its index.
+    /// Returns the actuator of [`frequency::turning_actuator`], with its index.
     pub fn turning_actuator(&self) -> (usize, &Actuator) {
         let most = frequency::turning_actuator(&self.inputs.vehicle.actuators, &self.model);
         (most, &self.inputs.vehicle.actuators[most])
     }
 
-    /// The manoeuvre of the design at a constant speed (m/s) with its step from one time to another (s).
+    /// Returns the manoeuvre of the design at a constant speed (m/s) with its step from one time to another (s).
     pub(crate) fn stepped(&self, speed: f64, (from, to): (f64, f64), duration: f64) -> Manoeuvre {
         let step = self.step();
         Manoeuvre {
@@ -289,7 +289,7 @@ impl<'a> Subject<'a> {
     /// or another controller; the step is at [`STEP_TIME`].
     ///
     /// # Errors
-    /// As [`fly`].
+    /// Errors of [`fly`].
     pub fn fly_step(&self, speed: f64, controller: &ControllerDesign) -> Result<Flight, Error> {
         let step = self.stepped(speed, (STEP_TIME, f64::MAX), STEP_TIME + FLOWN);
         Ok(fly(&self.inputs.vehicle, controller, self.inputs.design.level(), &step)?)
@@ -298,12 +298,12 @@ impl<'a> Subject<'a> {
     /// Simulates the step with the stored controller at each of the six speeds.
     ///
     /// # Errors
-    /// As [`fly`].
+    /// Errors of [`fly`].
     pub fn fly_steps(&self) -> Result<Vec<Flight>, Error> {
         self.speeds.iter().map(|speed| self.fly_step(*speed, &self.stored.controller)).collect()
     }
 
-    /// A controller frozen at the speed of a trim.
+    /// Returns a controller frozen at the speed of a trim.
     ///
     /// # Errors
     /// [`ModelError::System`] if `I - Dtt Theta` is singular.
@@ -311,13 +311,13 @@ impl<'a> Subject<'a> {
         Ok(controller.frozen(&vec![self.rho(l.trim.speed); controller.blocks.len()])?)
     }
 
-    /// The figures of a flight of [`Subject::fly_step`].
+    /// Returns the figures of a flight of [`Subject::fly_step`].
     pub fn figures(&self, flight: &Flight) -> StepFigures {
         let Step { index, height, .. } = self.step();
         StepFigures::of_flight(flight, index, (STEP_TIME, height), &self.inputs.limits())
     }
 
-    /// The sampling of the loop.
+    /// Returns the sampling of the loop.
     pub fn sampling(&self) -> Sampling<'_> {
         Sampling::of(&self.inputs.vehicle.actuators, &self.inputs.design)
     }

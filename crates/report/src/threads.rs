@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-/// Works on all items in parallel, one per processor at a time; the results are in the order of the items.
+/// Processes items in parallel, one per processor at a time, and returns the results in the order of the items.
 pub fn in_parallel<T: Send, R: Send>(
     items: impl Iterator<Item = T> + Send,
     work: impl Fn(T) -> R + Sync,

@@ -1,4 +1,4 @@
-//! Simulations in six degrees of freedom: a design of pitch or depth and one of heading, in one vehicle.
+//! Simulations in six degrees of freedom of a vehicle with a design of pitch or depth and one of heading.
 
 use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, Section, Table, draw, known};
@@ -22,68 +22,68 @@ use squid_proof::claim::text;
 use squid_scheduled::Manoeuvre;
 use std::path::Path;
 
-/// The number of speeds.
+/// Number of speeds.
 const SPEEDS: usize = 6;
 
-/// The time at which the steps of all axes come, and how long a flight lasts after them (s).
+/// Time of the steps of all axes, and duration of a flight after them (s).
 const STEP_TIME: f64 = 10.0;
 const FLOWN: f64 = 90.0;
 
-/// The band about the wanted heading in which it has settled, relative to the turn.
+/// Settling band about the commanded heading, relative to the turn.
 const SETTLED: f64 = 0.02;
 
-/// A turn at a speed, while the other axis makes its step.
+/// Turn at a speed, during the step of the other axis.
 #[derive(Debug, Clone, Serialize)]
 pub struct Turned {
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// Until heading stays within 2 % of the turn, s; `None` if it does not.
+    /// Settling time of heading within 2 % of the turn, s; `None` if it does not settle.
     pub settling_time: Option<f64>,
-    /// Excursion of heading beyond the turn, relative to it.
+    /// Overshoot of heading, relative to the turn.
     pub overshoot: f64,
-    /// The largest difference of depth from the same flight without the turn, m.
+    /// Largest difference of depth from the same flight without the turn, m.
     pub depth_by_turn: f64,
-    /// The largest loss of speed against that flight, m/s.
+    /// Largest loss of speed against the flight without the turn, m/s.
     pub speed_by_turn: f64,
-    /// The largest roll, rad.
+    /// Largest roll, rad.
     pub roll: f64,
-    /// Up to which rate of a steady turn the linear loop of both autopilots is stable, rad/s: at eleven rates from the
-    /// limit of the reference to port to that to starboard.
+    /// Largest rate of a steady turn up to which the linear loop of both autopilots is stable, rad/s, of eleven rates
+    /// from the limit of the reference to port to that to starboard.
     pub stable_to: f64,
-    /// The limit of the reference, rad/s.
+    /// Limit of the rate of the reference, rad/s.
     pub fastest: f64,
-    /// How much of their reach the commands of heading move in the whole flight, the sum over all actuators.
+    /// Total variation of the commands of heading during the flight, relative to their reach, sum over all actuators.
     pub travel: f64,
-    /// When the vehicle reached the surface and the flight, with the turn or without, ended, s.
+    /// Time at which the vehicle reached the surface and the flight, with or without the turn, ended, s.
     pub surfacing: Option<f64>,
 }
 
-/// What was flown and computed.
+/// Results of the simulated turns.
 #[derive(Debug, Clone)]
 pub struct Turns {
-    /// The turns, at increasing speeds.
+    /// Turns, at increasing speeds.
     pub turned: Vec<Turned>,
-    /// The proof of two axes together; `None` if no bound was found, or of more axes.
+    /// Proof of two axes together; `None` if no bound was found, and for more axes.
     pub coupling: Option<Coupling>,
-    /// The turn, rad.
+    /// Turn, rad.
     turn: f64,
-    /// The record of the flight on the ramp of speed.
+    /// Record of the flight on the speed ramp.
     record: Record,
     surfacing: Option<Surfacing>,
     is_at_sea: bool,
     has_waves: bool,
 }
 
-/// The axes of a vehicle, each with its stored design; one of them is of pitch or depth, and one of heading.
+/// Axes of a vehicle, each with its stored design; one of them controls pitch or depth, and one heading.
 #[derive(Debug, Clone, Copy)]
 pub struct Axes<'a> {
     all: &'a [(&'a Inputs, &'a Stored)],
-    /// The place of that of heading; that of pitch or depth is the first.
+    /// Index of the axis of heading; the axis of pitch or depth is the first.
     heading: usize,
 }
 
 impl<'a> Axes<'a> {
-    /// The axes of an autopilot; `None` if it does not steer pitch or depth and heading.
+    /// Returns the axes of an autopilot; `None` if it does not control heading and pitch or depth.
     pub fn of(all: &'a [(&'a Inputs, &'a Stored)]) -> Option<Self> {
         let heading = all.iter().position(|(inputs, _)| inputs.design.tracks("heading").is_some())?;
         (!all[0].0.design.view().is_level_held).then_some(Self { all, heading })
@@ -93,14 +93,14 @@ impl<'a> Axes<'a> {
         self.all[0]
     }
 
-    /// The linear motion in turns under two axes; `None` of more, of which nothing is proved together.
+    /// Returns the linear motion in turns under two axes; `None` for more axes, which have no common proof.
     fn turning(&self) -> Result<Option<Turning<'a>>, Error> {
         let [(inputs, level), (_, heading)] = self.all else { return Ok(None) };
         let designs = [&level.controller, &heading.controller];
         Ok(Some(Turning::new(&inputs.whole, inputs.design.level(), designs)?))
     }
 
-    /// The record of a flight.
+    /// Returns the record of a flight.
     fn record(&self, flight: &WholeFlight) -> Record {
         let axes = self.all.iter();
         let axes: Vec<_> =
@@ -108,14 +108,14 @@ impl<'a> Axes<'a> {
         Record::of_whole(flight, &self.level().0.whole.actuators, &axes)
     }
 
-    /// What each axis is called.
+    /// Returns the name of each axis.
     fn names(&self) -> Vec<String> {
         self.all.iter().map(|(_, stored)| stored.controller.steered()).collect()
     }
 }
 
-/// Simulates a turn \[rad\] at several speeds in a steady current and a sea, in six degrees of freedom, while the other
-/// axis makes the step of its default flight, and once on the ramp of speed of that; bounds what turns couple.
+/// Simulates a turn \[rad\] in six degrees of freedom in a steady current and a sea, during the step of the other axis,
+/// at several speeds and once on the speed ramp of the default flight; bounds the coupling of the axes in turns.
 ///
 /// # Errors
 /// [`Error::Flight`].
@@ -135,11 +135,11 @@ pub fn turns(axes: Axes<'_>, turn: f64, water: Around<'_>) -> Result<Turns, Erro
 }
 
 impl Turns {
-    /// Writes a record and a plot of the flight on the ramp of speed to a directory, and the certificates of what is
-    /// proved of both axes; returns the text for a terminal.
+    /// Writes record and plot of the flight on the speed ramp, and the certificates of both axes, to a directory;
+    /// returns the text for a terminal.
     ///
     /// # Errors
-    /// [`Error::Plot`], those of the files.
+    /// [`Error::Plot`]; errors of the files.
     pub fn save(&self, axes: Axes<'_>, directory: &Path) -> Result<String, Error> {
         let inputs = axes.level().0;
         let title = format!(
@@ -164,7 +164,7 @@ impl Turns {
         Ok(format!("{}Record and plot: {files}\n", self.words(axes)))
     }
 
-    /// The section of a report.
+    /// Returns the section of a report.
     pub fn section(&self, axes: Axes<'_>) -> Section {
         let mut table = Table::new(HEAD);
         table.rows = self.turned.iter().map(|one| one.cells().to_vec()).collect();
@@ -204,12 +204,12 @@ impl Turns {
         Section::new("turns", "Turns in six degrees of freedom", parts)
     }
 
-    /// The words that follow the name of a flight at sea; empty in still water.
+    /// Returns the suffix of the name of a flight at sea; empty in still water.
     fn at_sea(&self) -> &'static str {
         if self.is_at_sea { ", at sea" } else { "" }
     }
 
-    /// The title of the table.
+    /// Returns the title of the table.
     fn title(&self, axes: Axes<'_>) -> String {
         let all = axes.all.iter().flat_map(|(_, stored)| stored.manoeuvre.steps.keys());
         let steps: Vec<&str> = all.map(String::as_str).filter(|name| *name != "heading").collect();
@@ -221,7 +221,7 @@ impl Turns {
         )
     }
 
-    /// Flights that end at the surface, and what the waves are.
+    /// Returns remarks on flights that end at the surface, and on the waves.
     fn remarks(&self) -> Vec<String> {
         let early = early_end("the flight on the ramp of speed", self.surfacing);
         let mut out: Vec<String> =
@@ -237,7 +237,7 @@ impl Turns {
         out
     }
 
-    /// The text on what is proved of the axes together.
+    /// Returns the text on the proof of the axes together.
     fn proved(&self, axes: Axes<'_>) -> String {
         let names = axes.names();
         match (&self.coupling, &names[..]) {
@@ -268,7 +268,7 @@ impl Turns {
 }
 
 impl Turned {
-    /// The row of the table, in the units of its head.
+    /// Returns the row of the table, in the units of its head.
     fn cells(&self) -> [String; 8] {
         [
             format!("{:.2}", self.speed),
@@ -283,7 +283,7 @@ impl Turned {
     }
 }
 
-/// The head of the table of turns.
+/// Head of the table of turns.
 const HEAD: [&str; 8] = [
     "speed m/s",
     "settled (2 %) s",
@@ -295,22 +295,22 @@ const HEAD: [&str; 8] = [
     "stable to deg/s",
 ];
 
-/// The heads of the columns.
+/// Explanation of the columns.
 const NOTES: &str = "Depth moved and speed lost are against the same flight without the turn; travel is the sum of all \
                      changes of the commands of heading, back and forth, relative to the largest output of each \
                      actuator. Stable to: the linear loop of both autopilots in steady turns, at eleven rates up to \
                      the limit of the reference.";
 
-/// A steady current, and a sea beside it.
+/// Steady current, and an optional sea.
 pub type Around<'a> = (Current, Option<&'a Sea>);
 
-/// Speeds in the range of both designs.
+/// Returns speeds in the common range of all designs.
 fn common(axes: Axes<'_>) -> Vec<f64> {
     let [low, high] = common_speeds(axes.all.iter().map(|(inputs, _)| &inputs.design));
     (0..SPEEDS).map(|i| low + (high - low) * i as f64 / (SPEEDS - 1) as f64).collect()
 }
 
-/// The flight with the steps of all axes: at a constant speed, or on the ramp of the default flight.
+/// Returns the manoeuvre with the steps of all axes: at a constant speed, or on the speed ramp of the default flight.
 fn flown(axes: Axes<'_>, speed: Option<f64>, turn: f64) -> Manoeuvre {
     let own = &axes.level().1.manoeuvre;
     let mut steps = own.steps.clone();
@@ -373,7 +373,8 @@ fn at(axes: Axes<'_>, speed: f64, turn: f64, water: Around<'_>) -> Result<Turned
     })
 }
 
-/// Up to which rate of turn the linear loop is stable, and the largest rate of the reference, at a speed.
+/// Returns the largest rate of turn up to which the linear loop is stable at a speed, and the largest rate of the
+/// reference.
 fn stable(axes: Axes<'_>, speed: f64) -> Result<(f64, f64), Error> {
     let Some(turning) = axes.turning()? else { return Ok((f64::NAN, f64::NAN)) };
     let fastest = turning.fastest(speed);
@@ -391,5 +392,5 @@ fn stable(axes: Axes<'_>, speed: f64) -> Result<(f64, f64), Error> {
     Ok((stable_to, fastest))
 }
 
-/// The number of rates to each side at which the loop is checked, besides straight flight.
+/// Number of rates to each side at which the loop is checked, in addition to straight flight.
 const RATES: u32 = 5;

@@ -1,12 +1,12 @@
-//! Which key to change, and in which direction, from sensitivities: the design is repeated with each key raised.
+//! Advice on the key to change, and its direction, from sensitivities: the design is repeated with each key raised.
 //!
 //! ```text
-//! change_i(k) = margin_i with key k raised - margin_i,   for each row i of the verdict; about the negative if lowered
+//! change_i(k) = margin_i with key k raised - margin_i,   for each row i of the verdict; about its negative if lowered
 //! gain = change of the missed row,   loss = the largest decrease of the margin of another row
 //! best = max gain/(NEGLIGIBLE_LOSS + loss)
 //! ```
 //!
-//! Before the advice is to lower a key, that design is computed too.
+//! The design with a lowered key is computed before the advice is to lower it.
 
 use crate::attempt::{ControllerKind, attempt, margin};
 use crate::error::Error;
@@ -18,30 +18,30 @@ use squid_design::inputs::Inputs;
 use squid_design::verdict::Verdict;
 use squid_design::verdict::row::{Advice, Outcome, Row, Turn};
 
-/// The factor on a key.
+/// Factor on a key.
 const TURN: f64 = 1.1;
 
-/// Smaller gains are not significant: the tolerance of the search for gamma causes as much.
+/// Smallest significant gain: the tolerance of the search for gamma causes changes of this size.
 const NO_GAIN: f64 = 1e-3;
 
-/// Smaller losses are negligible.
+/// Largest negligible loss.
 const NEGLIGIBLE_LOSS: f64 = 1e-2;
 
-/// The effect of one key, raised or lowered.
+/// Effect of raising or lowering one key.
 struct Change {
     knob: Knob,
     /// [`TURN`] or its inverse.
     factor: f64,
     /// Increase of the margin of each row; NaN if unknown.
     changes: Vec<f64>,
-    /// The verdict of the design; `None` if the changes are the negative of those in the other direction.
+    /// Verdict of the design; `None` if the changes are the negative of those in the other direction.
     verdict: Option<Verdict>,
 }
 
 /// Adds advice to each missed row of the verdict of a controller of this kind.
 ///
 /// # Errors
-/// [`Error::Design`]: the design itself fails.
+/// [`Error::Design`] if the design itself fails.
 pub fn advise(
     inputs: &Inputs,
     kind: ControllerKind,
@@ -75,31 +75,31 @@ pub fn advise(
     }
     // The negative of an unknown change is unknown.
     let is_unclear = |turned: &Change| missed.iter().any(|row| turned.changes[*row].is_nan());
-    let mut unsure: Vec<usize> =
+    let mut unverified: Vec<usize> =
         (0..all.len()).filter(|i| all[*i].verdict.is_none() && is_unclear(&all[*i])).collect();
     loop {
         let designed: Vec<Option<Verdict>> =
-            unsure.par_iter().map(|i| design((all[*i].knob, all[*i].factor))).collect();
-        for (i, verdict) in unsure.iter().zip(designed) {
+            unverified.par_iter().map(|i| design((all[*i].knob, all[*i].factor))).collect();
+        for (i, verdict) in unverified.iter().zip(designed) {
             all[*i].changes = changes(&base, verdict.as_ref());
             all[*i].verdict = verdict;
         }
-        unsure = missed.iter().filter_map(|row| best(*row, &all)).collect();
-        unsure.retain(|i| all[*i].verdict.is_none());
-        unsure.sort_unstable();
-        unsure.dedup();
-        if unsure.is_empty() {
+        unverified = missed.iter().filter_map(|row| best(*row, &all)).collect();
+        unverified.retain(|i| all[*i].verdict.is_none());
+        unverified.sort_unstable();
+        unverified.dedup();
+        if unverified.is_empty() {
             break;
         }
     }
     for row in verdict.rows.iter_mut().filter(|row| row.outcome == Outcome::Missed) {
-        let place = base.rows.iter().position(|other| other.what == row.what);
-        row.advice = place.map(|place| advice(inputs, &base, place, best(place, &all).map(|i| &all[i])));
+        let index = base.rows.iter().position(|other| other.what == row.what);
+        row.advice = index.map(|index| advice(inputs, &base, index, best(index, &all).map(|i| &all[i])));
     }
     Ok(())
 }
 
-/// The index of the change with the best ratio of the gain in a row to the loss elsewhere.
+/// Returns the index of the change with the best ratio of the gain in a row to the loss in others.
 fn best(row: usize, all: &[Change]) -> Option<usize> {
     let merit = |turned: &Change| {
         let others = turned.changes.iter().enumerate().filter(|(i, change)| *i != row && change.is_finite());
@@ -126,18 +126,18 @@ fn advice(inputs: &Inputs, base: &Verdict, index: usize, found: Option<&Change>)
     Advice { turn: Some(Turn { key, factor: turned.factor }), words }
 }
 
-/// Increase of the margin of each row in another verdict; NaN if unknown.
+/// Returns the increase of the margin of each row in another verdict; NaN if unknown.
 fn changes(base: &Verdict, after: Option<&Verdict>) -> Vec<f64> {
     base.rows.iter().map(|row| after.and_then(|after| change(row, after)).unwrap_or(f64::NAN)).collect()
 }
 
-/// Increase of the margin of a row in another verdict; `None` if unknown.
+/// Returns the increase of the margin of a row in another verdict; `None` if unknown.
 fn change(row: &Row, after: &Verdict) -> Option<f64> {
     let after = after.rows.iter().find(|other| other.what == row.what)?;
     let base = row.achieved.value;
     // A value that was unknown before gains as much as its limit. Changes of small values without a limit are rounding.
     let gain =
         if base.is_finite() { margin(after, base) - margin(row, base) } else { 1.0 + margin(after, 1.0) };
-    let slight = row.outcome == Outcome::Reported && base.abs() < NEGLIGIBLE_LOSS;
-    (gain.is_finite() && !slight).then_some(gain)
+    let negligible = row.outcome == Outcome::Reported && base.abs() < NEGLIGIBLE_LOSS;
+    (gain.is_finite() && !negligible).then_some(gain)
 }

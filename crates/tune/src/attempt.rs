@@ -1,4 +1,4 @@
-//! A design with some keys changed, evaluated at few speeds and without proof.
+//! Design with some keys changed, evaluated at few speeds and without proof.
 
 use crate::knob::Knob;
 use squid_base::progress::Progress;
@@ -16,23 +16,23 @@ use squid_design::verdict::found::Effort;
 use squid_design::verdict::row::Row;
 use squid_scheduled::ControllerDesign;
 
-/// The numbers of speeds at which an attempt is evaluated.
+/// Returns the numbers of speeds at which an attempt is evaluated.
 fn effort(design: &DesignFile) -> Effort {
     Effort { frozen: 6, sampled: design.require.limit("sampled_gain").is_some(), flown: 2, mu: 2 }
 }
 
-/// The kind of controller to design.
+/// Kind of controller to design.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ControllerKind {
-    /// The controller for the weights.
+    /// Controller for the weights.
     Nominal,
-    /// The controller for the weights, abandoned if its search stalls.
+    /// Controller for the weights, abandoned if its search stalls.
     Quick,
-    /// A controller that tolerates more of the declared uncertainty; see [`squid_design::synthesise::robust`].
+    /// Controller that tolerates more of the declared uncertainty; see [`squid_design::synthesise::robust`].
     Robust,
 }
 
-/// Designs with some keys multiplied: the changed inputs, and the frozen controller.
+/// Designs with some keys multiplied; returns the changed inputs and the frozen controller.
 fn design_with(
     inputs: &Inputs,
     model: &Model,
@@ -59,7 +59,7 @@ fn design_with(
 /// Designs with some keys multiplied, and evaluates the result.
 ///
 /// # Errors
-/// There is no controller, or the verdict fails.
+/// Errors of the synthesis and of the verdict.
 pub fn attempt(
     inputs: &Inputs,
     model: &Model,
@@ -70,11 +70,11 @@ pub fn attempt(
     Verdict::of(&inputs, &controller, effort(&inputs.design))
 }
 
-/// A quick [`attempt`]: abandoned if the search for a controller stalls, and without mu, which takes long, if another
-/// requirement is missed.
+/// Designs and evaluates as [`attempt`], but stops if the search for a controller stalls, and omits mu, which is slow,
+/// if another requirement is missed.
 ///
 /// # Errors
-/// As [`attempt`].
+/// Errors of [`attempt`].
 pub fn attempt_until_missed(
     inputs: &Inputs,
     model: &Model,
@@ -84,10 +84,10 @@ pub fn attempt_until_missed(
     judged_until_missed(&inputs, &controller, effort(&inputs.design))
 }
 
-/// The verdict of a controller with some effort, without mu if another requirement is missed.
+/// Returns the verdict on a controller, without mu if another requirement is missed.
 ///
 /// # Errors
-/// Those of the verdict.
+/// Errors of the verdict.
 pub fn judged_until_missed(
     inputs: &Inputs,
     controller: &ControllerDesign,
@@ -101,8 +101,8 @@ pub fn judged_until_missed(
     Ok(Verdict::judge(inputs, controller.gamma.bound, found))
 }
 
-/// The margin of a row to its limit, relative to the limit; negative if it is missed. Without a limit, or if it is 0,
-/// the scale is `base`.
+/// Returns the margin of a row to its limit, relative to the limit; negative if it is missed. The scale is `base` if
+/// there is no limit or if it is 0.
 pub fn margin(row: &Row, base: f64) -> f64 {
     let scale = row.limit.filter(|limit| *limit != 0.0).unwrap_or(base).abs();
     let better = match row.sense {

@@ -1,29 +1,29 @@
-//! A candidate design of a search, and the order of two.
+//! Candidate design of a search, and the order of candidates.
 
-/// The margin required of a candidate, for more speeds and the rounding to three digits.
+/// Margin required of a candidate, as reserve for more speeds and for rounding to three digits.
 pub(crate) const REQUIRED_MARGIN: f64 = 0.02;
-/// The cost of a failed design.
+/// Cost of a failed design.
 pub(crate) const FAILED_COST: f64 = 10.0;
 
-/// A candidate design.
+/// Candidate design.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// The logarithms of the factors.
+    /// Logarithms of the factors.
     pub(crate) x: Vec<f64>,
-    /// The objective of the search.
+    /// Objective of the search.
     pub(crate) cost: f64,
-    /// The gain of the weighted loop: above 1 the weights are not met.
+    /// Gain of the weighted loop; above 1 the weights are not met.
     pub(crate) gamma: f64,
-    /// The smallest margin of each key with a limit.
+    /// Smallest margin of each key with a limit.
     pub(crate) margins: Vec<f64>,
-    /// The rise time of the first tracked output, s.
+    /// Rise time of the first tracked output, s.
     pub rise: f64,
-    /// The smallest disk margin, as a phase, deg.
+    /// Smallest disk margin, as a phase, deg.
     pub disk: f64,
 }
 
 impl Candidate {
-    /// A failed design, with a number of keys.
+    /// Returns a failed design with `keys` margins.
     pub(crate) fn failed(x: &[f64], keys: usize) -> Self {
         Self {
             x: x.to_vec(),
@@ -35,29 +35,29 @@ impl Candidate {
         }
     }
 
-    /// The smallest margin.
+    /// Returns the smallest margin.
     fn worst(&self) -> f64 {
         self.margins.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether it meets all requirements at the few speeds at which it was evaluated.
+    /// Returns `true` if it meets all requirements at the few speeds at which it was evaluated.
     pub fn meets_all(&self) -> bool {
         self.worst() >= 0.0
     }
 }
 
-/// The candidates of a search, in an order that does not depend on the machine.
+/// Candidates of a search, in an order that does not depend on the machine.
 #[derive(Default)]
 pub(crate) struct SearchRecord {
     pub tried: Vec<Candidate>,
-    /// Whether it ended before the designs were used up.
+    /// `true` if the search ended before it used all designs.
     pub ended: bool,
-    /// The reason of the first failure.
+    /// Reason of the first failure.
     pub reason: Option<String>,
 }
 
 impl SearchRecord {
-    /// Adds some attempts.
+    /// Adds attempts.
     pub fn add(&mut self, found: impl IntoIterator<Item = Attempt>) {
         for Attempt { tried, failed } in found {
             self.reason = self.reason.take().or(failed);
@@ -65,26 +65,26 @@ impl SearchRecord {
         }
     }
 
-    /// The best candidate.
+    /// Returns the best candidate.
     pub fn best(&self) -> Option<&Candidate> {
         self.tried.iter().min_by(|a, b| merit(a).total_cmp(&merit(b)))
     }
 }
 
-/// A candidate, and the reason if its design failed.
+/// Candidate, with the reason if its design failed.
 pub(crate) struct Attempt {
     pub tried: Candidate,
     pub failed: Option<String>,
 }
 
-/// The merit of a candidate, lower is better: its cost if it meets the requirements, else a larger number that grows
-/// with the worst miss.
+/// Returns the merit of a candidate, lower is better: its cost if it meets the requirements, otherwise a larger number
+/// that grows with the worst violation.
 pub(crate) fn merit(tried: &Candidate) -> f64 {
     if tried.worst() >= REQUIRED_MARGIN { tried.cost } else { FAILED_COST + REQUIRED_MARGIN - tried.worst() }
 }
 
-/// The Pareto front of rise time and disk margin, the fastest first: of the candidates that meet the requirements, or
-/// of all if none does.
+/// Returns the Pareto front of rise time and disk margin, the fastest first, of the candidates that meet the
+/// requirements, or of all if none does.
 pub(crate) fn front(tried: &[&Candidate]) -> Vec<Candidate> {
     let any = tried.iter().any(|t| t.meets_all());
     let mut sorted: Vec<&Candidate> = tried

@@ -1,4 +1,4 @@
-//! One descent of a search: a cost is lowered while every requirement keeps its margin.
+//! One descent of a search: minimises a cost subject to the margin of every requirement.
 //!
 //! ```text
 //! min over y   cost(x + D y)
@@ -16,15 +16,15 @@ use squid_design::inputs::design_file::{DesignFile, REQUIREMENTS};
 use squid_design::verdict::Verdict;
 use std::cell::{Cell, RefCell};
 
-/// The largest coordinate of a candidate.
+/// Largest magnitude of a coordinate of a candidate.
 const FARTHEST: f64 = 3.0;
 
-/// The keys of `[require]` that have a limit.
+/// Returns the keys of `[require]` that have a limit.
 pub(crate) fn required(design: &DesignFile) -> Vec<&'static str> {
     REQUIREMENTS.iter().map(|r| r.key).filter(|key| design.require.limit(key).is_some()).collect()
 }
 
-/// The smallest margin of each key in a verdict; -1 where it is unknown.
+/// Returns the smallest margin of each key in a verdict; -1 where it is unknown.
 pub(crate) fn margins(keys: &[&'static str], verdict: &Verdict) -> Vec<f64> {
     let least = |key: &&'static str| {
         let rows = verdict.rows.iter().filter(|row| row.key == *key);
@@ -34,8 +34,8 @@ pub(crate) fn margins(keys: &[&'static str], verdict: &Verdict) -> Vec<f64> {
     keys.iter().map(least).collect()
 }
 
-/// The best of a descent from a candidate in some directions, with at most `designs` attempts and a first step
-/// `first`; all attempts are added to `found`.
+/// Descends from a candidate along directions, with at most `designs` attempts and a first step `first`. Returns the
+/// best candidate, and adds all attempts to `found`.
 pub(crate) fn descend(
     start: &Candidate,
     directions: &[Direction],
@@ -81,7 +81,7 @@ pub(crate) fn descend(
     let bounds = vec![(-FARTHEST, FARTHEST); here.len()];
     let close = StopTols { xtol_abs: vec![0.3 * first; here.len()], ..StopTols::default() };
     if designs > 0 {
-        // The start is known and costs no attempt.
+        // The start is already evaluated and costs no attempt.
         let most = designs + 1;
         let _ = minimize(objective, &here, &bounds, &constraints, (), most, RhoBeg::All(first), Some(close));
     }

@@ -3,11 +3,11 @@
 use crate::knob::Knob;
 use std::collections::BTreeMap;
 
-/// The indices of keys that are multiplied by the same factor.
+/// Indices of keys that are multiplied by the same factor.
 pub(crate) struct Direction(pub Vec<usize>);
 
 impl Direction {
-    /// One direction for frequency and bandwidth of each track, one for all noises, and one for each other key.
+    /// Returns one direction for frequency and bandwidth of each track, one for all noises, and one for each other key.
     ///
     /// `follow` stays constant: each direction costs a design before the first step.
     pub(crate) fn grouped(knobs: &[Knob]) -> Vec<Self> {

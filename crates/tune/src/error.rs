@@ -3,7 +3,7 @@
 use strum::IntoStaticStr;
 use thiserror::Error as ThisError;
 
-/// Why a design could not be tuned.
+/// Reason why a design could not be tuned.
 #[derive(Debug, ThisError, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
@@ -17,13 +17,13 @@ pub enum Error {
         "{file}: 'track' and 'measure' must be tables, each under its own [[...]]; '{key}' cannot be written otherwise"
     )]
     NotATable { file: String, key: String },
-    /// No range of speed is suitable for a design.
+    /// No speed range is suitable for a design.
     #[error(
         "no two adjacent speeds from {from} to {to} m/s are suitable for {vehicle}, so that there is no speed range \
          for a first design: {reasons}; write a design file for the range that you need"
     )]
     NoRange { vehicle: String, from: f64, to: f64, reasons: String },
-    /// There is no straight level flight.
+    /// The vehicle has no straight level flight.
     #[error("{vehicle} does not fly straight and level at {speed:.2} m/s: {reason}")]
     NoStraightFlight { vehicle: String, speed: f64, reason: String },
     /// No actuator acts on pitch, speed or heading.
@@ -34,7 +34,7 @@ pub enum Error {
     /// No design was found.
     #[error("none of {tried} designs has a controller; the first failed: {reason}")]
     NoDesign { tried: usize, reason: String },
-    /// There is no PID to begin from.
+    /// There is no PID to start from.
     #[error(
         "{file} has no [controller], and a first PID does not fit: {reason}; write one, docs/pid.md shows how"
     )]

@@ -1,4 +1,4 @@
-//! The best candidates of a search, fully evaluated and proved.
+//! Full evaluation and proof of the best candidates of a search.
 
 use crate::candidate::{Candidate, merit};
 use crate::error::Error;
@@ -9,23 +9,23 @@ use squid_design::run::{Finished, run};
 use squid_design::verdict::row::Row;
 use toml_edit::DocumentMut;
 
-/// The number of candidates that are fully evaluated.
+/// Number of candidates that are fully evaluated.
 const FINALISTS: usize = 4;
 
-/// A candidate that was fully evaluated.
+/// Candidate that was fully evaluated.
 pub(crate) struct Finalist {
-    /// The logarithms of the factors.
+    /// Logarithms of the factors.
     pub x: Vec<f64>,
-    /// Why it was not chosen; `None` for the chosen one.
+    /// Reason of the rejection; `None` for the chosen candidate.
     pub rejected: Option<String>,
 }
 
-/// The text of a design file, and its finished design.
+/// Text of a design file, and its finished design.
 type Chosen = (String, Finished);
 
-/// The fully evaluated candidates, and the first of them that meets all requirements and is proved; if none does, the
-/// one that misses the fewest. If no candidate meets the requirements, only the best is fully evaluated: more speeds do
-/// not make it better.
+/// Evaluates the best candidates fully. Returns them, and the first that meets all requirements and is proved, or else
+/// the one that misses the fewest. If no candidate meets the requirements, only the best is fully evaluated: more
+/// speeds cannot improve it.
 pub(crate) fn finals(
     inputs: &Inputs,
     text: &str,
@@ -83,7 +83,7 @@ pub(crate) fn finals(
     }
 }
 
-/// The requirements that a finished design misses.
+/// Returns the requirements that a finished design misses.
 fn misses(finished: &Finished) -> Vec<String> {
     let row = |row: &Row| format!("{} is {}, asked {}", row.what, row.found(), row.required());
     let missed = finished.verdict.missed().map(row);

@@ -1,32 +1,32 @@
-//! Gains that were tuned, and a design file with them.
+//! Tuned gains, and a design file with them.
 
 use crate::error::Error;
 use crate::knob::section_mut;
 use squid_design::inputs::Inputs;
 use toml_edit::{Array, DocumentMut, InlineTable, Item, value};
 
-/// A gain, or the weight of a reference.
+/// Tuned gain or reference weight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TunedGain {
-    /// Its key in `[controller]`, for instance `pitch.kp`.
+    /// Key in `[controller]`, for instance `pitch.kp`.
     pub name: String,
-    /// Its SI unit; 1 for a weight.
+    /// SI unit; 1 for a reference weight.
     pub unit: String,
-    /// The coefficients of 1 and rho.
+    /// Coefficients of 1 and rho.
     pub coefficients: Vec<f64>,
 }
 
 impl TunedGain {
-    /// Whether it is the weight of a reference, and not a gain.
+    /// Returns `true` for a reference weight, `false` for a gain.
     pub(crate) fn is_weight(&self) -> bool {
         self.unit == "1"
     }
 }
 
-/// The allowed weights of references.
+/// Allowed range of reference weights.
 pub(crate) const WEIGHTS: [f64; 2] = [0.0, 10.0];
 
-/// The text of a design file with gains in its `[controller]`, and its inputs.
+/// Returns the text of a design file with gains in its `[controller]`, and its inputs.
 pub(crate) fn with_gains(
     inputs: &Inputs,
     text: &str,
@@ -39,7 +39,7 @@ pub(crate) fn with_gains(
     Ok((written, inputs.redesigned(design)?))
 }
 
-/// The text of a design file with gains in its `[controller]`; `None` if that is not a table of tables.
+/// Returns the text of a design file with gains in its `[controller]`; `None` if that is not a table of tables.
 fn written(text: &str, gains: &[TunedGain], axis: Option<usize>) -> Option<String> {
     let mut document: DocumentMut = text.parse().ok()?;
     let controller = section_mut(&mut document, "controller", axis)?;
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_rest_of_the_file_stays() {
+    fn writes_gains_and_keeps_other_text() {
         let text = "a = 1 # one\n[controller]\nkind = \"pid\" # mine\n[controller.pitch]\nrolloff = 0.1\n\
             kp = { value = [1.0, 2.0], unit = \"N.m/deg\" }\n";
         let gain = |name: &str, unit: &str, coefficients: &[f64]| TunedGain {

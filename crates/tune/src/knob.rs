@@ -1,11 +1,11 @@
-//! The tuning keys of a design file.
+//! Tuning keys of a design file.
 
 use crate::error::Error;
 use squid_design::inputs::design_file::DesignFile;
 use std::fmt::{self, Display, Formatter};
 use toml_edit::{DocumentMut, Item, Value};
 
-/// A key whose number can be multiplied; for `follow`, its excess over 1.
+/// Key whose number can be multiplied; for `follow`, its excess over 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Knob {
     /// `frequency` of a `[[track]]`, by its index in the file.
@@ -23,7 +23,7 @@ pub enum Knob {
 }
 
 impl Knob {
-    /// The tuning keys of a design.
+    /// Returns the tuning keys of a design.
     pub fn all(design: &DesignFile) -> Vec<Self> {
         let models = (0..design.tracked.len()).filter(|i| design.tracked[*i].model.is_some());
         let mut all: Vec<Self> = models.map(Self::Frequency).collect();
@@ -36,14 +36,14 @@ impl Knob {
         all
     }
 
-    /// Multiplies its number in a design.
+    /// Multiplies the number of the key in a design.
     pub fn turn(self, design: &mut DesignFile, factor: f64) {
         for number in self.numbers(design) {
             *number = self.turned(*number, factor);
         }
     }
 
-    /// The numbers of a design that belong to the key.
+    /// Returns the numbers of a design that belong to the key.
     fn numbers(self, design: &mut DesignFile) -> Vec<&mut f64> {
         match self {
             Self::Frequency(i) => design.tracked[i].model.iter_mut().map(|m| &mut m.frequency).collect(),
@@ -61,7 +61,7 @@ impl Knob {
         }
     }
 
-    /// A number times a factor.
+    /// Returns a number times a factor.
     fn turned(self, number: f64, factor: f64) -> f64 {
         match self {
             Self::Follow(_) => 1.0 + (number - 1.0) * factor,
@@ -69,7 +69,7 @@ impl Knob {
         }
     }
 
-    /// The name of the table of the key, its index in an array of tables, and the key.
+    /// Returns the table of the key, its index in an array of tables, and the name of the key.
     fn key(self) -> (&'static str, Option<usize>, &'static str) {
         match self {
             Self::Frequency(i) => ("track", Some(i), "frequency"),
@@ -81,7 +81,7 @@ impl Knob {
         }
     }
 
-    /// The key with the signal of its table, in words.
+    /// Returns the key with the signal of its table, as text.
     pub fn name(self, design: &DesignFile) -> String {
         match self {
             Self::Frequency(i) | Self::Bandwidth(i) | Self::Follow(i) => {
@@ -92,14 +92,14 @@ impl Knob {
         }
     }
 
-    /// Multiplies its number in the text of a design file, to three digits; the rest of the text is unchanged.
+    /// Multiplies the number of the key in the text of a design file, to three digits; the other text is unchanged.
     ///
     /// # Errors
     /// [`Error::NotATable`].
     pub fn write(self, document: &mut DocumentMut, factor: f64, design: &DesignFile) -> Result<(), Error> {
-        let (section, place, key) = self.key();
+        let (section, index, key) = self.key();
         let file = design.file.clone();
-        let found = section_mut(document, section, design.axis).and_then(|item| match place {
+        let found = section_mut(document, section, design.axis).and_then(|item| match index {
             Some(i) => item.as_array_of_tables_mut()?.get_mut(i)?.get_mut(key)?.as_value_mut(),
             None => item.as_table_like_mut()?.get_mut(key)?.as_value_mut(),
         });
@@ -114,7 +114,8 @@ impl Knob {
     }
 }
 
-/// A section in the text of a design file: in the `[[axis]]` of this place, or outside of these for all.
+/// Returns a section in the text of a design file: in the `[[axis]]` with index `axis` if that has it, otherwise
+/// outside all axes.
 pub fn section_mut<'d>(
     document: &'d mut DocumentMut,
     section: &str,
@@ -137,7 +138,7 @@ impl Display for Knob {
     }
 }
 
-/// A number with three significant digits.
+/// Rounds a number to three significant digits.
 pub fn three_digits(v: f64) -> f64 {
     format!("{v:.2e}").parse().unwrap_or(v)
 }
@@ -152,12 +153,12 @@ mod tests {
         squid_base::files::read(&path).unwrap()
     }
 
-    /// A factor that keeps a number with three digits exact.
+    /// Factor that keeps a number with three digits exact.
     const TEN: f64 = 10.0;
 
-    /// A change of a key in the text is the same as in the design, and no comment is lost.
+    /// Changing a key in the text equals changing it in the design, and no comment is lost.
     #[test]
-    fn a_key_changes_in_text_and_design_alike() {
+    fn key_changes_agree_in_text_and_design() {
         let text = squid();
         let design = DesignFile::parse(&text, "design.toml", "design").unwrap();
         let knobs = Knob::all(&design);
@@ -177,7 +178,7 @@ mod tests {
         }
     }
 
-    /// Equal to rounding: the products are formed in another order.
+    /// Compares to rounding: the products are formed in another order.
     fn close(one: &DesignFile, other: &DesignFile) -> bool {
         let numbers = |d: &DesignFile| -> Vec<f64> {
             let of_track = d.tracked.iter().flat_map(|t| {

@@ -1,19 +1,19 @@
-//! Tuning of the keys of a design file.
+//! Tuning of the numbers of a design file.
 //!
 //! ```text
-//! knob       a tuning key of the design file: a number that is multiplied
-//! attempt    a design with some keys changed, evaluated at few speeds and without proof
-//! advise     the effect of each key on missed requirements, from new designs
-//! range      the speed range of a first design file
-//! start      a first design file for a vehicle without one
-//! search     the fastest design that meets the requirements
-//! candidate  a design of a search, and the order of two
-//! descent    one descent of a search within the requirements
+//! knob       tuning key of a design file: a number to be multiplied by a factor
+//! attempt    design with some keys changed, evaluated at few speeds and without proof
+//! advise     effect of each key on missed requirements, from repeated designs
+//! range      speed range of a first design file
+//! start      first design file for a vehicle without one
+//! search     search for the fastest design that meets the requirements
+//! candidate  design of a search, and the order of candidates
+//! descent    one descent of a search, subject to the requirements
 //! direction  keys of a search that are changed together
-//! finals     the best of a search, fully evaluated and proved
-//! gain       gains of a PID, and a design file with them
-//! pid        gains of a PID for the weights of a design, or for flights
-//! required   gains of a PID that meet the requirements
+//! finals     best candidates of a search, fully evaluated and proved
+//! gain       tuned PID gains, and a design file with them
+//! pid        PID gains for the weights of a design, or for simulated flights
+//! required   PID gains that meet the requirements
 //! ```
 
 pub mod advise;

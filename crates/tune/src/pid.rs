@@ -1,8 +1,8 @@
-//! Gains of a PID for the weights of a design.
+//! PID gains for the weights of a design.
 //!
-//! The gains of [`squid_pid::Affine`] are tuned by [`squid_lpv::structured`]: for the smallest gain over frozen speeds, then for
-//! the smallest proved gain for any trajectory of the speed. The weights of the references in the proportional terms
-//! are gains too, as long as no gain depends on speed.
+//! The gains of [`squid_pid::Affine`] are tuned by [`squid_lpv::structured`]: for the smallest loop gain over frozen
+//! speeds, then for the smallest proved loop gain for any trajectory of the speed. The reference weights in the
+//! proportional terms are tuned too, as long as no gain depends on speed.
 
 pub mod in_flight;
 
@@ -25,34 +25,34 @@ use squid_lpv::structured::{Structure, TunedDesign, tune};
 use squid_pid::{Affine, Given, Law, Pid};
 use toml_edit::{DocumentMut, Item};
 
-/// A tuned PID.
+/// Tuned PID.
 #[derive(Debug)]
 pub struct TunedPid {
-    /// The text of the design file with its gains.
+    /// Text of the design file with the gains.
     pub text: String,
-    /// The gains.
+    /// Tuned gains.
     pub gains: Vec<TunedGain>,
-    /// The largest gain over frozen speeds of the gains of smallest proved gain, before those that meet the
-    /// requirements.
+    /// Largest loop gain over frozen speeds, for the gains of smallest proved loop gain, before the search for gains
+    /// that meet the requirements.
     pub frozen_gain: f64,
-    /// Their gain for any trajectory of speed.
+    /// Loop gain of the same gains for any trajectory of speed.
     pub least_gain: f64,
-    /// The time of the search, s.
+    /// Duration of the search, s.
     pub seconds: f64,
-    /// The finished design of that text.
+    /// Finished design of that text.
     pub finished: Finished,
 }
 
-/// The number of starts of the search over gains.
+/// Number of starts of the search over gains.
 const STARTS: usize = 8;
 
-/// The first gains: a unit of y, of its integral or of its rate asks for this part of the reach of an actuator.
+/// Size of the first gains: fraction of an actuator's reach commanded by a unit of y, of its integral or of its rate.
 const FIRST: f64 = 0.3;
 
 /// Tunes the gains of the PID of a design file, or of a first one, as polynomials in rho of a `degree` of 0 or 1.
 ///
 /// # Errors
-/// Those of the stages; [`Error::NoPid`] if the file has none and a first one does not fit.
+/// Errors of the stages; [`Error::NoPid`] if the file has no PID and a first one does not match the design.
 pub fn tune_pid(inputs: &Inputs, text: &str, degree: usize, progress: &Progress) -> Result<TunedPid, Error> {
     let (pid, text) = begin(inputs, text)?;
     let model = Model::new(&inputs.axis(), &inputs.design)?;
@@ -83,10 +83,11 @@ pub fn tune_pid(inputs: &Inputs, text: &str, degree: usize, progress: &Progress)
     Ok(TunedPid { text, gains, frozen_gain: found.frozen_gain, least_gain, seconds, finished })
 }
 
-/// The number of sets of gains that are judged in full.
+/// Number of sets of gains that are fully evaluated.
 const FINALISTS: usize = 3;
 
-/// The first set of gains that is proved and meets all requirements when judged in full, or that misses least of them.
+/// Returns the first set of gains that is proved and meets all requirements when fully evaluated, or else the set that
+/// misses the fewest.
 fn finalist(
     inputs: &Inputs,
     text: &str,
@@ -117,7 +118,7 @@ fn finalist(
     }
 }
 
-/// The PID to begin from, and the text of the design file with it.
+/// Returns the PID to start from, and the text of the design file with it.
 fn begin(inputs: &Inputs, text: &str) -> Result<(Pid, String), Error> {
     if let Some(pid) = &inputs.design.controller {
         return Ok((pid.clone(), text.to_owned()));
@@ -131,7 +132,7 @@ fn begin(inputs: &Inputs, text: &str) -> Result<(Pid, String), Error> {
     text.map(|text| (pid, text)).ok_or_else(|| refused("it is not a list of tables".into()))
 }
 
-/// A first PID with gains of 1, and its table in a design file.
+/// Returns a first PID with gains of 1, and its table in a design file.
 fn first(inputs: &Inputs) -> Result<(Pid, String), Error> {
     let refused = |reason: String| Error::NoPid { file: inputs.design.file.clone(), reason };
     let mut reason = String::new();
@@ -147,7 +148,7 @@ fn first(inputs: &Inputs) -> Result<(Pid, String), Error> {
     Err(refused(reason))
 }
 
-/// The text of a design file with a table at its end, or at the end of one of its axes.
+/// Returns the text of a design file with a table appended to it, or to one of its axes.
 fn with_section(text: &str, table: &str, axis: Option<usize>) -> Option<String> {
     let Some(index) = axis else { return Some(format!("{}\n{table}", text.trim_end())) };
     let mut document: DocumentMut = text.parse().ok()?;
@@ -155,20 +156,20 @@ fn with_section(text: &str, table: &str, axis: Option<usize>) -> Option<String> 
     let own = document.get_mut("axis")?.as_array_of_tables_mut()?.get_mut(index)?;
     for (key, item) in added.iter() {
         let mut item = item.clone();
-        unplace(&mut item);
+        clear_positions(&mut item);
         own.insert(key, item);
     }
     Some(document.to_string())
 }
 
-/// Lets tables from another text stand where they are put, and not where they stood there.
-fn unplace(item: &mut Item) {
+/// Clears the positions that tables had in another text, so that they are written where they are inserted.
+fn clear_positions(item: &mut Item) {
     let Some(table) = item.as_table_mut() else { return };
     table.set_position(None);
-    table.iter_mut().for_each(|(_, item)| unplace(item));
+    table.iter_mut().for_each(|(_, item)| clear_positions(item));
 }
 
-/// A table of gains of 1.
+/// Returns a table of gains of 1.
 fn gains_of_one(inputs: &Inputs, [kp, ki, kd]: [&str; 3]) -> String {
     let design = &inputs.design;
     let gain = |key: &str, unit: &str| format!("{key} = {{ value = 1.0, unit = \"{unit}\" }}\n");
@@ -190,10 +191,10 @@ fn gains_of_one(inputs: &Inputs, [kp, ki, kd]: [&str; 3]) -> String {
     out
 }
 
-/// The gains and their design.
+/// Gains and their design.
 type Found = (Vec<TunedGain>, TunedDesign);
 
-/// The weights of the references of the angle and of the speed, where they are free.
+/// Reference weights of the angle and of the speed; `None` where they are fixed.
 type Weights = [Option<f64>; 2];
 
 struct Tuning<'a> {
@@ -218,7 +219,8 @@ impl Tuning<'_> {
         Ok((gains, found))
     }
 
-    /// The cascade with weights of the references and gains of a degree: its matrices, not its gains, matter.
+    /// Returns the cascade with the given reference weights and degree of the gains; only its matrices are used, not
+    /// its gains.
     fn affine(&self, weights: [f64; 2], degree: usize) -> Result<Affine, InputError> {
         let mut pid = self.pid.clone();
         if pid.turn.model.is_none() {
@@ -233,7 +235,7 @@ impl Tuning<'_> {
         Ok(structure(&self.inputs.vehicle.actuators, &self.inputs.design, &pid)?.affine())
     }
 
-    /// Constant gains and weights of the references, of pitch and of speed where they are free.
+    /// Tunes constant gains, and the reference weights of the angle and of the speed where they are free.
     fn constant(&self) -> Result<(Weights, Found), Error> {
         let (without, with) = (self.affine([0.0; 2], 0)?, self.affine([1.0; 2], 0)?);
         let mut directions: Vec<Mat> = without.directions.iter().map(|one| one.matrix.clone()).collect();
@@ -255,7 +257,7 @@ impl Tuning<'_> {
         Ok(([weight(self.pid.turn.angle.name()), weight("speed")], (gains(&without, &values), found)))
     }
 
-    /// Gains of a degree with given weights of the references, from known gains.
+    /// Tunes gains of a degree with given reference weights, from known gains.
     fn fixed(&self, weights: Weights, degree: usize, known: &[TunedGain]) -> Result<Found, Error> {
         let affine = self.affine(weights.map(|weight| weight.unwrap_or(0.0)), degree)?;
         let directions = affine.directions.iter().map(|one| one.matrix.clone()).collect();
@@ -263,7 +265,7 @@ impl Tuning<'_> {
         Ok((gains(&affine, &values), found))
     }
 
-    /// The gain of the loop of a given PID for any trajectory of speed.
+    /// Returns the loop gain of a given PID for any trajectory of speed.
     fn bound(&self, with: &Inputs) -> Option<f64> {
         let pid = with.design.controller.as_ref()?;
         let controller = structure(&with.vehicle.actuators, &with.design, pid).ok()?.controller();
@@ -284,7 +286,7 @@ impl Tuning<'_> {
         Ok((found.gains.clone(), found))
     }
 
-    /// The values of the coefficients: known ones, those of the file, or first ones.
+    /// Returns the first values of the coefficients: known ones, those of the file, or defaults.
     fn start(&self, affine: &Affine, known: &[TunedGain]) -> Vec<f64> {
         let given = self.inputs.design.controller.as_ref();
         let given = given.and_then(|pid| {
@@ -310,12 +312,12 @@ impl Tuning<'_> {
     }
 }
 
-/// Replaces a gain by one of the right sign that depends on all powers of rho.
+/// Replaces a gain by one of the given sign with all powers of rho up to a degree.
 fn constant(gain: &mut Given, sign: f64, degree: usize) {
     gain.law = Law::Polynomial([1.0, 0.5][..=degree].iter().map(|one| sign * one).collect());
 }
 
-/// The gains with their coefficients, to six digits.
+/// Returns the gains with their coefficients.
 fn gains(affine: &Affine, values: &[f64]) -> Vec<TunedGain> {
     let mut all: Vec<TunedGain> = vec![];
     for (one, value) in affine.directions.iter().zip(values) {

@@ -1,5 +1,5 @@
-//! The speed range of a first design: the widest in which the vehicle has margin in level flight, trims on one branch,
-//! can hold a pitch, is not too unstable for its actuators, and has similar control authority.
+//! Speed range of a first design: the widest in which the vehicle has actuator margin in level flight, trims on one
+//! branch, can hold a pitch angle, is not too unstable for its actuators, and has similar control authority.
 
 use crate::error::Error;
 use crate::knob::three_digits;
@@ -10,61 +10,61 @@ use squid_design::fit::authority::holding_ratio;
 use squid_design::fit::frequency::system;
 use squid_design::linearise::stacked;
 
-/// The depth of the trims, m.
+/// Depth of the trims, m.
 pub(crate) const DEPTH: f64 = 50.0;
-/// The largest fraction of an actuator that level flight may use.
+/// Largest fraction of an actuator's limit that level flight may use.
 pub(crate) const TRIM_FRACTION: f64 = 0.6;
-/// The pitch step as a fraction of the pitch that the actuators can hold.
+/// Pitch step as a fraction of the pitch that the actuators can hold.
 const HELD_FRACTION: f64 = 0.35;
-/// The largest pitch step, deg.
+/// Largest pitch step, deg.
 const LARGEST_PITCH: f64 = 10.0;
-/// The smallest pitch step, deg.
+/// Smallest pitch step, deg.
 const SMALLEST_PITCH: f64 = 3.0;
-/// The highest speed that is tried, m/s.
+/// Highest speed tried, m/s.
 const HIGHEST_SPEED: f64 = 5.0;
-/// The distance of the speeds that are tried, m/s.
+/// Spacing of the speeds tried, m/s.
 const SPEED_STEP: f64 = 0.05;
-/// The largest incidence \[deg\].
+/// Largest incidence, deg.
 const MAX_INCIDENCE: f64 = 10.0;
-/// The largest ratio of the speeds in a range: forces grow with the square of the speed.
+/// Largest ratio of the speeds in a range: forces grow with the square of the speed.
 const MAX_SPEED_RATIO: f64 = 6.0;
-/// The largest ratio of the pitch authorities in a range.
+/// Largest ratio of the pitch authorities in a range.
 const MAX_AUTHORITY_RATIO: f64 = 5.0;
-/// The initial acceleration of a step as a fraction of what the actuators can give.
+/// Initial acceleration of a step as a fraction of the largest that the actuators can produce.
 pub(crate) const ACCELERATION_FRACTION: f64 = 0.5;
-/// The frequency of the fastest model times the lag of the slowest actuator.
+/// Frequency of the fastest reference model times the lag of the slowest actuator.
 pub(crate) const FREQUENCY_TIMES_LAG: f64 = 0.35;
-/// The largest frequency of the pitch model, rad/s.
+/// Largest frequency of the pitch model, rad/s.
 const FASTEST_PITCH: f64 = 1.75;
-/// The largest growth rate of an unstable mode times the lag of the main pitch actuator.
+/// Largest growth rate of an unstable mode times the lag of the main pitch actuator.
 const MAX_GROWTH_TIMES_LAG: f64 = 0.12;
 
-/// The control authority beyond level flight at a speed.
+/// Control authority at a speed that level flight leaves.
 #[derive(Debug, Clone)]
 pub(crate) struct Authority {
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// The pitch step, deg: [`HELD_FRACTION`] of the pitch that the actuators can hold.
+    /// Pitch step, deg: [`HELD_FRACTION`] of the pitch that the actuators can hold.
     pub pitch: f64,
     /// Surge acceleration, m/s2; `None` if the speed is imposed.
     pub surge: Option<f64>,
     /// Pitch acceleration, rad/s2.
     pub turn: f64,
-    /// The lag of the main pitch actuator, s.
+    /// Lag of the main pitch actuator, s.
     pub lag: f64,
-    /// The growth rate of the least stable mode, 1/s; 0 if all decay.
+    /// Growth rate of the least stable mode, 1/s; 0 if all decay.
     pub growth: f64,
-    /// The rule for the pitch in level trim.
+    /// Rule for the pitch in level trim.
     rule: Pitch,
     linear: Linearisation,
-    /// The remaining range of each actuator in level flight, N or rad.
+    /// Remaining range of each actuator in level flight, N or rad.
     remaining: Vec<f64>,
 }
 
-/// Why a speed is not in the range, in words that follow "at ... m/s".
+/// Reason why a speed is unsuitable, as text that follows "at ... m/s".
 type Reason = String;
 
-/// The control authority over the widest speed range.
+/// Returns the control authority over the widest speed range.
 ///
 /// # Errors
 /// [`Error::NoRange`], with the reasons at some speeds.
@@ -109,26 +109,26 @@ pub(crate) fn range(vehicle: &Vehicle) -> Result<Vec<Authority>, Error> {
     })
 }
 
-/// The speeds whose reasons are given if there is no range, m/s.
+/// Speeds whose reasons are reported if there is no range, m/s.
 const SPEEDS_WITH_REASONS: [f64; 3] = [0.5, 1.0, 2.0];
 
-/// The minimum over the speeds.
+/// Returns the minimum over the speeds.
 pub(crate) fn least(range: &[Authority], of: impl Fn(&Authority) -> f64) -> f64 {
     range.iter().map(of).fold(f64::INFINITY, f64::min)
 }
 
-/// The largest model frequency that the actuator lags allow, rad/s.
+/// Returns the largest model frequency that the actuator lags allow, rad/s.
 pub(crate) fn fastest(vehicle: &Vehicle) -> f64 {
     FREQUENCY_TIMES_LAG / vehicle.actuators.iter().map(|a| a.lag).fold(0.0, f64::max)
 }
 
-/// The frequency of the pitch model in a range, at most `fastest`, the limit from the lags, rad/s.
+/// Returns the frequency of the pitch model in a range, rad/s; `fastest` is the limit from the lags.
 pub(crate) fn pitch_frequency(range: &[Authority], fastest: f64) -> f64 {
     let scale = least(range, |r| r.pitch).to_radians();
     (ACCELERATION_FRACTION * least(range, |r| r.turn) / scale).sqrt().min(fastest).min(FASTEST_PITCH)
 }
 
-/// The longest part of a run with similar authority and speed.
+/// Returns the longest part of a run with similar authority and speed.
 ///
 /// The authority at the start of a step is the pitch acceleration. At the model frequency it includes the effect of
 /// heave on pitch, which may be much larger than the direct effect of the actuators.
@@ -138,7 +138,7 @@ fn widest(run: &[Authority], fastest: f64) -> &[Authority] {
     };
     let similar = |part: &[Authority]| {
         let [first, .., last] = part else { return true };
-        // In a range from rest, the forces near rest are those of linear damping.
+        // Linear damping dominates near rest, so the speed ratio does not limit a range from rest.
         let from_rest = matches!(first.rule, Pitch::Held(_));
         let frequency = pitch_frequency(part, fastest);
         (from_rest || last.speed <= MAX_SPEED_RATIO * first.speed)
@@ -152,7 +152,7 @@ fn widest(run: &[Authority], fastest: f64) -> &[Authority] {
 }
 
 impl Authority {
-    /// The authority of a vehicle at a speed, or why the speed is not suitable.
+    /// Computes the authority of a vehicle at a speed; the error is the reason why the speed is unsuitable.
     fn of(vehicle: &Vehicle, speed: f64) -> Result<Self, Reason> {
         let rule = Pitch::over(vehicle, DEPTH, &[speed], None);
         let trim = trim_with(vehicle, Speed::Path(speed), DEPTH, &rule)
@@ -191,7 +191,7 @@ impl Authority {
         Ok(Self { speed, pitch, surge, turn: turns.iter().sum(), lag, growth, rule, linear: l, remaining })
     }
 
-    /// The pitch acceleration at a frequency for sinusoids of the remaining range of all actuators, including the
+    /// Returns the pitch acceleration at a frequency for sinusoids of the remaining range of all actuators, with the
     /// motion of all states, rad/s2; it tends to `turn` at high frequencies.
     fn turn_at(&self, frequency: f64) -> f64 {
         let system = system(&stacked(&self.linear.a, &self.linear.b), self.linear.states);
@@ -200,7 +200,7 @@ impl Authority {
         frequency * frequency * self.remaining.iter().enumerate().map(pitch).sum::<f64>()
     }
 
-    /// Whether its trim is on the same branch as that of the next speed.
+    /// Returns `true` if the trims at this and the next speed are on the same branch.
     fn connects_to(&self, vehicle: &Vehicle, next: &Self) -> bool {
         let same =
             matches!((&self.rule, &next.rule), (Pitch::Held(_), Pitch::Held(_)) | (Pitch::Free, Pitch::Free));
@@ -208,13 +208,13 @@ impl Authority {
     }
 }
 
-/// The index of u among the states, if it is one.
+/// Index of the state u, if the model has it.
 const SURGE: usize = 0;
-/// The index of the pitch among the outputs of [`system`].
+/// Index of the pitch among the outputs of [`system`].
 const PITCH_OUTPUT: usize = 1;
 const ONE_DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// Checks that level flight leaves enough of the actuators, at a small incidence.
+/// Checks that level flight leaves enough actuator range and has a small incidence.
 fn check_level_flight(vehicle: &Vehicle, l: &Linearisation) -> Result<(), Reason> {
     let used = |(a, now): (&squid_auv::Actuator, &f64)| {
         (if *now > 0.0 { now / a.max } else { now / a.min }, a.name.clone())
@@ -236,12 +236,12 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// At high frequencies the authority of each shipped vehicle is its pitch acceleration.
+    /// Authority of each shipped vehicle tends to its pitch acceleration at high frequencies.
     ///
     /// The direct pitch effect of the vertical thruster of Sparus II is the same at all speeds; through heave it is
     /// seven times as large at 0.35 m/s as at 0.1 m/s, so that its range starts at a higher speed.
     #[test]
-    fn authority_is_that_at_the_frequency_of_the_model() {
+    fn authority_is_evaluated_at_model_frequency() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let read = |name: &str| {
             let text = squid_base::files::read(&vehicles.join(name).join("vehicle.toml")).unwrap();

@@ -1,15 +1,15 @@
-//! Gains of a PID that meet the requirements, from those of smallest gain.
+//! PID gains that meet the requirements, from the gains of smallest loop gain.
 //!
 //! ```text
 //! min over x   ln(largest gain of the weighted loop over frozen speeds)
 //! subject to   margin_k(x) >= REQUIRED_MARGIN for every key of [require] with a limit
 //! ```
 //!
-//! x holds the logarithms of the factors on the constant coefficients, and what is added to the other coefficients,
-//! relative to the constant one, and to the weights of the references. Two descents ([`descend`]) run side by side, one
-//! from the given gains and one from slower ones, and again from the best with half the step, until a round gains too
-//! little. Mu, which takes longest, is judged once the rest is met. Of the sets near the best some are proved, and put
-//! in the order of that gain. The result depends on no clock and no number of processors.
+//! x contains the logarithms of the factors on the constant coefficients, and the increments of the other coefficients,
+//! relative to the constant one, and of the reference weights. Two descents ([`descend`]) run in parallel, one from the
+//! given gains and one from slower ones, and again from the best with half the step, until a round improves too little.
+//! Mu, the slowest figure, is evaluated once the others are met. Some of the sets near the best are proved, and sorted
+//! by the proved gain. The result does not depend on the clock or the number of processors.
 
 use crate::attempt::judged_until_missed;
 use crate::candidate::{Attempt, Candidate, FAILED_COST, merit};
@@ -27,23 +27,24 @@ use squid_design::verdict::Verdict;
 use squid_design::verdict::found::{Effort, Found};
 use squid_scheduled::Gamma;
 
-/// The first and the last step of x.
+/// First and last step of x.
 const STEPS: [f64; 2] = [0.3, 0.05];
-/// The most attempts of a descent.
+/// Largest number of attempts of a descent.
 const ATTEMPTS: usize = 80;
-/// A round that lowers the gain by less, relative to it, is the last.
+/// Smallest relative reduction of the gain in a round that continues the search.
 const LOWERED: f64 = 0.01;
-/// The speeds of the frozen loops, and of flights and mu.
+/// Numbers of speeds of the frozen loops, and of flights and mu.
 const FROZEN: usize = 9;
 const FLOWN: usize = 3;
-/// The factor on the gains of the second start.
+/// Factor on the gains of the second start.
 const SLOWER: f64 = 0.5;
 
-/// Sets of gains that meet the requirements of a design file at a few speeds, the best first, or one that misses least;
-/// none if the given ones already meet them. `bound` proves a gain for any trajectory of speed.
+/// Searches for sets of gains that meet the requirements of a design file at a few speeds. Returns them with the best
+/// first, or the one that misses least; none if the given gains already meet them. `bound` proves a gain for any
+/// trajectory of speed.
 ///
 /// # Errors
-/// The verdict of the given gains fails.
+/// Errors of the verdict on the given gains.
 pub(crate) fn meeting(
     inputs: &Inputs,
     text: &str,
@@ -52,13 +53,15 @@ pub(crate) fn meeting(
     progress: &Progress,
 ) -> Result<Vec<Vec<TunedGain>>, Error> {
     let mut search = Search { inputs, text, gains, keys: required(&inputs.design), mu: true };
-    let places = search.places();
-    let first = search.candidate(&vec![0.0; places.len()])?;
+    let coefficients = search.coefficients();
+    let first = search.candidate(&vec![0.0; coefficients.len()])?;
     if first.meets_all() {
         return Ok(vec![]);
     }
-    let slower: Vec<f64> =
-        places.iter().map(|place| if search.is_factor(*place) { SLOWER.ln() } else { 0.0 }).collect();
+    let slower: Vec<f64> = coefficients
+        .iter()
+        .map(|coefficient| if search.is_factor(*coefficient) { SLOWER.ln() } else { 0.0 })
+        .collect();
     let mut tried = vec![first.clone(), search.attempt(&slower).tried];
     search.mu = false;
     let (mut starts, mut best, mut step) = (tried.clone(), first, STEPS[0]);
@@ -70,7 +73,7 @@ pub(crate) fn meeting(
         best = least(&tried, merit).unwrap_or(best);
         progress.done("tune", &format!("{} sets of gains: {}", tried.len(), search.words(&best)));
         if !search.mu && !search.with_mu(&best).meets_all() && best.meets_all() {
-            // Only now, because it takes longer than all the rest.
+            // Mu takes longer than all other figures, so it is evaluated last.
             search.mu = true;
             tried = vec![search.with_mu(&best)];
             best = tried[0].clone();
@@ -84,46 +87,45 @@ pub(crate) fn meeting(
     Ok(best.iter().map(|tried| search.moved(&tried.x)).collect())
 }
 
-/// The candidate of least value, the first of several.
+/// Returns the candidate of least value, the first of several.
 fn least(all: &[Candidate], value: impl Fn(&Candidate) -> f64) -> Option<Candidate> {
     all.iter().min_by(|a, b| value(a).total_cmp(&value(b))).cloned()
 }
 
-/// Candidates whose frozen gain is above that of the best by more, as a logarithm, are not proved.
+/// Largest excess of a candidate's frozen gain over that of the best, as a logarithm, for which it is proved.
 const NEAR: f64 = 0.5;
-/// The number of candidates that are proved.
+/// Number of candidates that are proved.
 const PROVED: usize = 8;
 
-/// The place of a number: the index of its gain, and the power of rho.
-type Place = (usize, usize);
+/// Coefficient: the index of its gain, and the power of rho.
+type Coefficient = (usize, usize);
 
 struct Search<'a> {
     inputs: &'a Inputs,
     text: &'a str,
     gains: &'a [TunedGain],
     keys: Vec<&'static str>,
-    /// Whether candidates are judged with mu.
+    /// `true` if candidates are evaluated with mu.
     mu: bool,
 }
 
 impl Search<'_> {
-    fn places(&self) -> Vec<Place> {
+    fn coefficients(&self) -> Vec<Coefficient> {
         let of = |(i, gain): (usize, &TunedGain)| {
             (0..gain.coefficients.len()).map(move |power| (i, power)).collect::<Vec<_>>()
         };
         self.gains.iter().enumerate().flat_map(of).collect()
     }
 
-    /// Whether a number is multiplied.
-    fn is_factor(&self, (gain, power): Place) -> bool {
+    /// Returns `true` for a coefficient that is multiplied by a factor.
+    fn is_factor(&self, (gain, power): Coefficient) -> bool {
         power == 0 && !self.gains[gain].is_weight()
     }
 
-    /// The gains at a point.
+    /// Returns the gains at a point.
     fn moved(&self, x: &[f64]) -> Vec<TunedGain> {
         let mut all = self.gains.to_vec();
-        for (place, x) in self.places().into_iter().zip(x) {
-            let (gain, power) = place;
+        for ((gain, power), x) in self.coefficients().into_iter().zip(x) {
             let constant = self.gains[gain].coefficients[0];
             let number = &mut all[gain].coefficients[power];
             if self.gains[gain].is_weight() {
@@ -140,7 +142,7 @@ impl Search<'_> {
         all
     }
 
-    /// One descent over the numbers one by one, the second in the reverse order.
+    /// Runs one descent over the coefficients one by one, in reverse order if `order` is above 0.
     fn round(&self, order: usize, start: &Candidate, step: f64) -> Vec<Attempt> {
         let mut directions: Vec<Direction> = (0..start.x.len()).map(|i| Direction(vec![i])).collect();
         if order > 0 {
@@ -151,15 +153,15 @@ impl Search<'_> {
         found
     }
 
-    /// A candidate judged with mu.
+    /// Returns a candidate evaluated with mu.
     fn with_mu(&self, of: &Candidate) -> Candidate {
         let Self { inputs, text, gains, ref keys, .. } = *self;
         Self { inputs, text, gains, keys: keys.clone(), mu: true }.attempt(&of.x).tried
     }
 
-    /// Of the candidates that are about as good as the best, those that are proved, in the order of the gain for any
-    /// trajectory of speed: gains that are alike at frozen speeds may differ there by a factor of two. The best itself
-    /// if there are none.
+    /// Returns those of the candidates near the best that are proved, sorted by the gain for any trajectory of speed:
+    /// candidates with similar gains at frozen speeds may differ there by a factor of two. Returns the best if none is
+    /// proved.
     fn provable(
         &self,
         best: &Candidate,
@@ -219,8 +221,8 @@ impl Search<'_> {
     }
 }
 
-/// The verdict at few speeds of the given controller of a design, with its largest gain over frozen speeds as gamma:
-/// the gain for any trajectory of speed is no smaller.
+/// Returns the verdict at few speeds on the given controller of a design, with its largest gain over frozen speeds as
+/// gamma: the gain for any trajectory of speed is no smaller.
 fn verdict(inputs: &Inputs, mu: bool) -> Result<Verdict, DesignError> {
     let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
     let missing = || InputError::NoController { file: design.file.clone() };
@@ -233,7 +235,7 @@ fn verdict(inputs: &Inputs, mu: bool) -> Result<Verdict, DesignError> {
     Ok(Verdict::judge(inputs, largest_gain(&found), found))
 }
 
-/// The largest gain of the weighted loop over the frozen speeds.
+/// Returns the largest gain of the weighted loop over the frozen speeds.
 fn largest_gain(found: &Found) -> f64 {
     found.frozen.iter().map(|at| at.gain.value).fold(f64::NAN, f64::max)
 }

@@ -1,4 +1,4 @@
-//! Searches the weights for a fast, quiet design that meets the requirements.
+//! Search over the weights for a fast design with little noise that meets the requirements.
 //!
 //! ```text
 //! min over x   mean of ln(rise time) of the tracked outputs + TRADE (ln(noise) - ln(delay margin))
@@ -10,10 +10,10 @@
 //! design per step; if none of these meets the requirements and the best has a gamma above 1, also with less weight on
 //! slow references. Then follow rounds of two parallel searches with COBYLA, one over groups of keys (`Direction`) and
 //! then over single keys, the other in the reverse order; the first round starts from the two best of the first
-//! designs, later ones from the best so far. The search ends after a round with too little gain, or after a number of
-//! designs. The best are fully evaluated and proved.
+//! designs, later ones from the best so far. The search ends after a round with too little improvement, or after a
+//! number of designs. The best are fully evaluated and proved.
 //!
-//! The result depends on no clock and no number of processors: the same files give the same design.
+//! The result does not depend on the clock or the number of processors: the same files give the same design.
 
 use crate::attempt::attempt_until_missed;
 use crate::candidate::{Attempt, Candidate, FAILED_COST, REQUIRED_MARGIN, SearchRecord, front, merit};
@@ -31,50 +31,50 @@ use squid_design::run::Finished;
 use squid_design::verdict::Verdict;
 use std::sync::{Mutex, PoisonError};
 
-/// The first step of the logarithm of a factor.
+/// First step of the logarithm of a factor.
 const FIRST_STEP: f64 = 0.3;
-/// The last step of the logarithm of a factor.
+/// Last step of the logarithm of a factor.
 const LAST_STEP: f64 = 0.02;
-/// The search ends after a round that lowers the merit by less: one hundredth of the rise time, or of a limit.
+/// Smallest reduction of the merit in a round that continues the search: one hundredth of the rise time, or of a limit.
 const GAIN: f64 = 0.01;
-/// The factors on all frequencies and bandwidths of the first designs.
+/// Factors on all frequencies and bandwidths of the first designs.
 const FREQUENCY_FACTORS: [f64; 4] = [1.0, 0.65, 0.42, 0.27];
-/// The factor on `follow` - 1 if none of these meets the requirements and the best has a gamma above 1: its slow errors
-/// cannot be as small, and demanding it costs margins.
+/// Factor on `follow` - 1 if none of these meets the requirements and the best has a gamma above 1: slow errors cannot
+/// be as small as required, and demanding it costs margins.
 const LESS_FOLLOW: f64 = 0.07;
-/// How much noise and delay margin count beside the rise time: 10 % of one of them as much as 1 % of that.
+/// Weight of noise and delay margin relative to the rise time: 10 % of one of them counts as much as 1 % of rise time.
 const TRADE: f64 = 0.1;
-/// The number of parallel searches, on any machine.
+/// Number of parallel searches, on any machine.
 const SEARCHES: usize = 2;
 
-/// The outcome of a search.
+/// Outcome of a search.
 #[derive(Debug)]
 pub struct Tuned {
-    /// The text of the design file.
+    /// Text of the design file.
     pub text: String,
-    /// The finished design of that text.
+    /// Finished design of that text.
     pub finished: Finished,
     /// Number of designs tried.
     pub tried: usize,
-    /// Whether the search converged; otherwise the allowed number of designs was used up.
+    /// `true` if the search converged; `false` if it used the allowed number of designs.
     pub ended: bool,
-    /// The Pareto front of rise time and disk margin, the fastest first, with the status of each candidate: of those
-    /// that meet the requirements, or of all if none does.
+    /// Pareto front of rise time and disk margin, the fastest first, with the status of each candidate; of those that
+    /// meet the requirements, or of all if none does.
     pub front: Vec<(Candidate, CandidateStatus)>,
-    /// Limitations of the written design by the actuators that no controller can avoid, by the linear model.
+    /// Limits of the actuators on the written design that no controller can overcome, by the linear model.
     pub limits: Vec<String>,
 }
 
-/// What became of a candidate.
+/// Status of a candidate after a search.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CandidateStatus {
-    /// It is written to the design file.
+    /// Written to the design file.
     Written,
-    /// It was fully evaluated and rejected, with the reason.
+    /// Fully evaluated and rejected, with the reason.
     Rejected(String),
-    /// It was not fully evaluated: the margin (%) of a key is too small.
+    /// Evaluated at few speeds only, because the margin (%) of a key is too small.
     InsufficientMargin(&'static str, String),
-    /// It was not fully evaluated.
+    /// Evaluated at few speeds only.
     NotEvaluated,
 }
 
@@ -111,13 +111,13 @@ struct Search<'a> {
     model: Model,
     knobs: Vec<Knob>,
     keys: Vec<&'static str>,
-    /// Number of designs so far and the best merit shown, for the progress lines.
+    /// Number of designs so far and the best merit reported, for the progress lines.
     shown: Mutex<(usize, f64)>,
     progress: &'a Progress<'a>,
 }
 
 impl Search<'_> {
-    /// The slowed-down designs, then rounds of searches until one gains too little or the designs are used up.
+    /// Tries slower designs, then rounds of searches until one improves too little or no designs are left.
     fn run(&self, designs: usize) -> SearchRecord {
         let mut all = SearchRecord::default();
         let mut left = designs;
@@ -168,7 +168,7 @@ impl Search<'_> {
         }
     }
 
-    /// One search of a round: over groups of keys and over single keys, each from the best so far.
+    /// Runs one search of a round: over groups of keys and over single keys, each from the best so far.
     fn round(&self, index: usize, start: &Candidate, first: f64, designs: usize) -> Vec<Attempt> {
         let each: Vec<Direction> = (0..self.knobs.len())
             .filter(|i| !matches!(self.knobs[*i], Knob::Follow(_)))
@@ -195,7 +195,7 @@ impl Search<'_> {
         Attempt { tried, failed: found.err().map(|why| why.to_string()) }
     }
 
-    /// Shows a progress line if a candidate is the best so far.
+    /// Reports progress if a candidate is the best so far.
     fn show_progress(&self, tried: &Candidate) {
         let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
         shown.0 += 1;
@@ -212,7 +212,7 @@ impl Search<'_> {
         }
     }
 
-    /// The status of a candidate of the front.
+    /// Returns the status of a candidate of the front.
     fn status(&self, tried: &Candidate, judged: &[Finalist]) -> CandidateStatus {
         if let Some(found) = judged.iter().find(|f| f.x == tried.x) {
             return found.rejected.clone().map_or(CandidateStatus::Written, CandidateStatus::Rejected);
@@ -226,7 +226,7 @@ impl Search<'_> {
         }
     }
 
-    /// The worst miss of a candidate, in words.
+    /// Returns the worst violation of a candidate as text.
     fn missed(&self, tried: &Candidate) -> String {
         let worst = self.keys.iter().zip(&tried.margins).min_by(|a, b| a.1.total_cmp(b.1));
         match worst {
@@ -235,7 +235,7 @@ impl Search<'_> {
         }
     }
 
-    /// The candidate of a design with a verdict.
+    /// Returns the candidate of a design with a verdict.
     fn evaluated(&self, x: &[f64], verdict: &Verdict) -> Candidate {
         let rows = |key: &'static str| verdict.rows.iter().filter(move |row| row.key == key);
         let rises: Vec<f64> = verdict

@@ -1,4 +1,4 @@
-//! A first design file for a vehicle without one.
+//! First design file for a vehicle without one.
 //!
 //! The speed range, scales, frequencies and weights follow from the vehicle's level flight, the remaining control
 //! authority, the actuator lags, and the growth rate of unstable modes:
@@ -31,33 +31,33 @@ use squid_design::inputs::design_file::DesignFile;
 pub use heading::{Beside, start_heading};
 pub use whole::start_whole;
 
-/// The largest frequency of the speed model, rad/s.
+/// Largest frequency of the speed model, rad/s.
 const FASTEST_SPEED: f64 = 1.5;
-/// The scale of the speed as a fraction of the speed range.
+/// Scale of the speed as a fraction of the speed range.
 const SPEED_FRACTION: f64 = 0.2;
-/// The largest scale of the speed, m/s.
+/// Largest scale of the speed, m/s.
 const LARGEST_SPEED: f64 = 0.3;
-/// The weight on commands for a = 1.
+/// Weight on commands for a = 1.
 const WEIGHT: f64 = 0.05;
-/// The disturbance for a = 1.
+/// Disturbance for a = 1.
 const DISTURBANCE: f64 = 0.45;
-/// The corner of the weight on commands times the lag of the main pitch actuator.
+/// Corner of the weight on commands times the lag of the main pitch actuator.
 pub(crate) const ROLL_OFF: f64 = 2.0;
-/// A longer lag (s) needs more damping: the assumed noise of the pitch rate is lower, that of the pitch higher.
+/// Lag (s) above which more damping is needed: less assumed noise of the pitch rate, and more of the pitch.
 pub(crate) const SHORT_LAG: f64 = 0.2;
-/// The growth rate (1/s) above which a vehicle is unstable, and the delay margin (s) that is then asked: more would
-/// cost most of the speed.
+/// Growth rate (1/s) above which a vehicle is unstable, and the delay margin (s) that is then required: a larger one
+/// would cost most of the speed of response.
 pub(crate) const UNSTABLE: f64 = 0.01;
 pub(crate) const DELAY_MARGIN_IF_UNSTABLE: f64 = 0.15;
-/// The two orders of the fit.
+/// Orders of the fit.
 const ORDERS: [usize; 2] = [2, 3];
-/// The error of the frequency response above which the higher order is considered.
+/// Error of the frequency response above which the higher order is considered.
 const BAD_FIT: f64 = 0.05;
 
-/// The text of a first design file.
+/// Returns the text of a first design file.
 ///
 /// # Errors
-/// [`Error::NoRange`], [`Error::NoAuthority`], and the errors of the model.
+/// [`Error::NoRange`], [`Error::NoAuthority`], and errors of the model.
 pub fn start(vehicle: &Vehicle) -> Result<String, Error> {
     let vehicle = &vehicle.in_plane();
     let range = range(vehicle)?;
@@ -73,7 +73,7 @@ pub fn start(vehicle: &Vehicle) -> Result<String, Error> {
     Ok(text)
 }
 
-/// The template; without the tables of the speed if that is imposed.
+/// Returns the template, without the tables of the speed if the speed is imposed.
 fn template(speed_is_given: bool) -> String {
     let template = include_str!("start.toml");
     if !speed_is_given {

@@ -1,4 +1,4 @@
-//! Advice works if it is followed; a first design needs only the vehicle.
+//! Advice, first designs and searches.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use squid_auv::longitudinal::{PITCH, SPEED};
@@ -23,10 +23,10 @@ fn vehicles() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles")
 }
 
-/// The paper's tuning of Squid with a very uncertain coefficient misses mu: a design that follows the advice lowers it,
+/// The paper's tuning of Squid with a very uncertain coefficient misses mu; a design that follows the advice lowers it,
 /// for the nominal and for the robust controller.
 #[test]
-fn advice_works_if_it_is_followed() {
+fn following_advice_reduces_mu() {
     let Inputs { vehicle, mut design, .. } = Inputs::read(&vehicles().join("squid"), "paper").unwrap();
     let uncertainty = design.uncertainty.as_mut().unwrap();
     uncertainty.actuator_gain = 0.0;
@@ -52,8 +52,8 @@ fn follow_the_advice(inputs: &Inputs, kind: ControllerKind) {
     let row = verdict.missed().find(|row| row.key == "mu").unwrap();
     let Advice { turn, words } = row.advice.clone().unwrap();
     let Turn { key, factor } = turn.unwrap();
-    let way = if factor > 1.0 { "raise" } else { "lower" };
-    assert!(words.starts_with(&format!("{way} {key}: ")), "{words}");
+    let verb = if factor > 1.0 { "raise" } else { "lower" };
+    assert!(words.starts_with(&format!("{verb} {key}: ")), "{words}");
     let before_in_words = format!("{} -> ", before.found());
     assert!(words.contains(&before_in_words), "the advice is for the {kind:?} controller: {words}");
     let knob = Knob::all(&inputs.design).into_iter().find(|knob| knob.name(&inputs.design) == key).unwrap();
@@ -63,10 +63,10 @@ fn follow_the_advice(inputs: &Inputs, kind: ControllerKind) {
     assert!(after.achieved.value < before.achieved.value, "{words}: {before:?} {after:?}");
 }
 
-/// For each shipped vehicle the first design file can be read, has a range with trims, and has all tuning keys.
+/// The first design file of each shipped vehicle can be read, has a range with trims, and has all tuning keys.
 #[test]
-fn a_first_design_needs_only_the_vehicle() {
-    let mut begun = 0;
+fn first_design_needs_only_the_vehicle() {
+    let mut designs = 0;
     for folder in std::fs::read_dir(vehicles()).unwrap() {
         let file = folder.unwrap().path().join("vehicle.toml");
         if !file.is_file() {
@@ -77,9 +77,9 @@ fn a_first_design_needs_only_the_vehicle() {
         let inputs = Inputs::new(vehicle, design).unwrap();
         Model::new(&inputs.axis(), &inputs.design).unwrap();
         assert_eq!(Knob::all(&inputs.design).len(), 11);
-        begun += 1;
+        designs += 1;
     }
-    assert!(begun >= 6, "{begun}");
+    assert!(designs >= 6, "{designs}");
 }
 
 fn vehicle(file: &Path) -> Vehicle {
@@ -92,9 +92,9 @@ fn whole(file: &Path) -> Vehicle {
 
 const FILES: [&str; 2] = ["vehicle.toml", "heading.toml"];
 
-/// So does one of heading: what is begun is soon proved.
+/// A first design of heading needs only the vehicle too, and a short search from it is proved.
 #[test]
-fn a_first_design_of_heading_needs_only_the_vehicle() {
+fn first_heading_design_needs_only_the_vehicle() {
     for name in ["remus100", "lauv", "tethys", "squid"] {
         let vehicle = whole(&vehicles().join(name).join("vehicle.toml"));
         let text = start_heading(&vehicle, FILES, None).unwrap();
@@ -118,10 +118,10 @@ fn a_first_design_of_heading_needs_only_the_vehicle() {
     }
 }
 
-/// Without the group of two, Squid has thrusters that yaw and pitch it, which the other axis commands; Sparus II has no
-/// sway.
+/// Squid without its group of two yaw thrusters has only thrusters that also pitch it, which the other axis commands;
+/// Sparus II has no sway.
 #[test]
-fn what_cannot_hold_a_heading_is_refused_in_words() {
+fn refuses_vehicles_without_heading_control() {
     let refused = |name: &str| {
         let mut vehicle = whole(&vehicles().join(name).join("vehicle.toml"));
         vehicle.actuators.retain(|one| one.name != "yaw");
@@ -137,7 +137,7 @@ fn what_cannot_hold_a_heading_is_refused_in_words() {
 
 /// Thrusters hold the box-shaped ROV level at rest, so its speed range starts at rest.
 #[test]
-fn the_range_of_a_hull_held_level_by_thrusters_starts_at_rest() {
+fn range_of_thruster_levelled_hull_starts_at_rest() {
     let rov = vehicle(&vehicles().join("bluerov2_heavy/vehicle.toml"));
     let design = DesignFile::parse(&start(&rov).unwrap(), "design.toml", "design").unwrap();
     assert_eq!(design.speed_min, 0.0);
@@ -145,10 +145,10 @@ fn the_range_of_a_hull_held_level_by_thrusters_starts_at_rest() {
     assert_eq!(inputs.design.pitch, Pitch::Held(0.0));
 }
 
-/// With stern planes of a tenth of their reach or with a lag of 100 s, REMUS 100 has no speed range; the error gives
-/// the reason.
+/// REMUS 100 with a tenth of its stern plane reach or with a lag of 100 s has no speed range; the error gives the
+/// reason.
 #[test]
-fn a_missing_range_has_reasons() {
+fn missing_range_has_reasons() {
     let remus = vehicle(&vehicles().join("remus100/vehicle.toml"));
     let rejected = |change: &dyn Fn(&mut Actuator)| {
         let mut changed = remus.clone();
@@ -164,10 +164,10 @@ fn a_missing_range_has_reasons() {
     assert!(slow.contains("too fast for stern_planes with a lag of 100 s"), "{slow}");
 }
 
-/// A search is limited by a number of designs, not by a clock: on one and on three threads the written file and the
-/// front are the same. The front contains the written design.
+/// A search is limited by a number of designs, not by time: the written file and the front are the same on one and on
+/// three threads. The front contains the written design.
 #[test]
-fn a_search_is_the_same_on_any_machine() {
+fn search_does_not_depend_on_threads() {
     let file = vehicles().join("squid/paper.toml");
     let text = squid_base::files::read(&file).unwrap();
     let text = text.split("\n[uncertainty]\n").next().unwrap().to_owned()
@@ -184,31 +184,28 @@ fn a_search_is_the_same_on_any_machine() {
     assert_eq!((one.tried, one.ended), (DESIGNS, false), "all designs are used up");
     assert_eq!((one.tried, one.ended, &one.text), (three.tried, three.ended, &three.text));
     assert_eq!(one.front, three.front);
-    let written = one.front.iter().filter(|(_, standing)| *standing == CandidateStatus::Written).count();
+    let written = one.front.iter().filter(|(_, status)| *status == CandidateStatus::Written).count();
     assert!(written <= 1, "{:?}", one.front);
-    for (faster, standing) in
-        one.front.iter().take_while(|(_, standing)| *standing != CandidateStatus::Written)
-    {
-        let judged =
-            matches!(standing, CandidateStatus::Rejected(_) | CandidateStatus::InsufficientMargin(..));
+    for (faster, status) in one.front.iter().take_while(|(_, status)| *status != CandidateStatus::Written) {
+        let judged = matches!(status, CandidateStatus::Rejected(_) | CandidateStatus::InsufficientMargin(..));
         assert!(judged || written == 0, "{faster:?} is faster, without a reason");
     }
 }
 
-/// Of two vehicles, each begun from its file alone: pitch references of 1.5, 3 and 10 times the envelope, held for 40 s
-/// and taken back, at six speeds. Pitch goes to the end of the envelope, and no requirement of the verdict is missed:
+/// Pitch references of 1.5, 3 and 10 times the envelope are held for 40 s and removed, at six speeds, for first designs
+/// of two vehicles. Pitch goes to the end of the envelope, and no requirement of the verdict is missed:
 /// `beyond_speed`, and `beyond_recovery` after 8 s or when the model of pitch has settled.
 #[test]
 #[ignore = "night: two searches and their flights"]
-fn references_beyond_the_envelope_go_to_its_end_and_back() {
+fn references_beyond_envelope_are_limited_and_recover() {
     for name in ["lauv", "tethys"] {
         let vehicle = vehicle(&vehicles().join(name).join("vehicle.toml"));
         let read = |text: &str| {
             let design = DesignFile::parse(text, "design.toml", "design").unwrap();
             Inputs::new(vehicle.clone(), design).unwrap()
         };
-        let begun = start(&vehicle).unwrap();
-        let tuned = search(&read(&begun), &begun, 30, &Progress::default()).unwrap();
+        let text = start(&vehicle).unwrap();
+        let tuned = search(&read(&text), &text, 30, &Progress::default()).unwrap();
         let (inputs, controller) = (read(&tuned.text), &tuned.finished.frozen.controller);
         let flown = fly_beyond(name, &inputs, controller);
         assert!(flown >= 30, "{name}: {flown} flights");

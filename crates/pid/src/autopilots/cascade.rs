@@ -1,6 +1,6 @@
-//! A P loop of an angle x around a PI loop of its rate, which is a PID with a weight of the reference.
+//! P loop of an angle x around a PI loop of its rate, which equals a PID with a reference weight.
 //!
-//! With the reference r of the angle, and the integral of its rate x' the angle itself:
+//! The angle follows a reference r, and is the integral of its rate x':
 //!
 //! ```text
 //! w = ka (r - x)
@@ -16,7 +16,7 @@ use crate::refusal::not_allowed;
 use squid_auv::toml_file::FileError;
 
 /// Tolerance between a given reference weight and that of a cascade, for weights written with four decimals.
-const WEIGHT: f64 = 1e-4;
+const WEIGHT_TOLERANCE: f64 = 1e-4;
 
 /// Returns the law as text; `keys` name ka, kp and ki, `output` names the command.
 pub(crate) fn law(angle: Angle, keys: [&str; 3], output: &str) -> Vec<String> {
@@ -63,7 +63,7 @@ pub(crate) fn cascade_of(pid: &Pid, plain: &Plain, autopilot: &str) -> Result<[f
     let weights = [large, 0.25 * ratio / large];
     let given = pid.turn.reference_weight;
     let possible = &weights[..if ki > 0.0 { 2 } else { 1 }];
-    let Some(weight) = possible.iter().find(|weight| (*weight - given).abs() <= WEIGHT) else {
+    let Some(weight) = possible.iter().find(|weight| (*weight - given).abs() <= WEIGHT_TOLERANCE) else {
         let allowed: Vec<String> = possible.iter().map(|weight| format!("{weight:.6}")).collect();
         let allowed =
             format!("{}: with these kp, ki and kd that of {autopilot}'s cascade", allowed.join(" or "));

@@ -111,7 +111,7 @@ const LOOPS: [Loop; 3] = [
 /// A flag: its key, a test that its value, in lower case, leaves the law unchanged, and the allowed value.
 type Flag = (&'static str, fn(&str) -> bool, &'static str);
 
-/// Flags that change the law, or may, for every angle.
+/// Flags that change, or may change, the law of every angle.
 const FLAGS: [Flag; 4] = [
     ("[Control.AUV.Attitude] Enabled", |v| v != "never", "not Never: the gains are otherwise not flown"),
     (

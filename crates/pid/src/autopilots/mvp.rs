@@ -147,8 +147,8 @@ fn modes(source: &Source<'_>, freedom: &str) -> Vec<(String, String)> {
 fn read(source: &Source<'_>, angle: Angle, missing: &Missing) -> Result<Read, FileError> {
     let own = freedom(angle);
     let all = modes(source, own);
-    let wanted = |(_, name): &&(String, String)| missing.mode.as_ref().is_none_or(|mode| mode == name);
-    let chosen: Vec<&(String, String)> = all.iter().filter(wanted).collect();
+    let is_selected = |(_, name): &&(String, String)| missing.mode.as_ref().is_none_or(|mode| mode == name);
+    let chosen: Vec<&(String, String)> = all.iter().filter(is_selected).collect();
     let names: Vec<&str> = all.iter().map(|(_, name)| name.as_str()).collect();
     let mode = match (&chosen[..], &missing.mode) {
         ([(key, _)], _) => key.clone(),

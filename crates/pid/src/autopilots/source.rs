@@ -48,18 +48,18 @@ pub struct Change {
 }
 
 impl<'a> Source<'a> {
-    /// Creates a file without values.
+    /// Creates a source without values.
     pub(crate) fn new(text: &'a str, file: &'a str) -> Self {
         Self { text, file, entries: vec![] }
     }
 
-    /// Returns number, start and text of each line, without its line ending.
+    /// Returns the number, start byte and text, without line ending, of each line.
     pub(crate) fn lines(&self) -> impl Iterator<Item = (usize, usize, &'a str)> + use<'a> {
         let mut begin = 0;
-        self.text.split('\n').enumerate().map(move |(at, line)| {
-            let here = begin;
+        self.text.split('\n').enumerate().map(move |(index, line)| {
+            let start = begin;
             begin += line.len() + 1;
-            (at + 1, here, line.trim_end_matches('\r'))
+            (index + 1, start, line.trim_end_matches('\r'))
         })
     }
 
@@ -91,7 +91,10 @@ impl<'a> Source<'a> {
         entry.pieces.iter().map(|piece| &self.text[piece.clone()]).collect::<Vec<_>>().join(" ")
     }
 
-    /// Returns all occurrences of a key, and refuses them if their values differ.
+    /// Returns all occurrences of a key.
+    ///
+    /// # Errors
+    /// [`FileError`] if their values differ.
     pub(crate) fn all(&self, key: &str) -> Result<Vec<&Entry>, FileError> {
         let all: Vec<&Entry> = self.entries.iter().filter(|entry| entry.key == key).collect();
         if let Some(other) = all.iter().find(|entry| self.value_text(entry) != self.value_text(all[0])) {
@@ -144,12 +147,12 @@ impl<'a> Source<'a> {
     }
 
     /// Refuses a gain of 0 that must be positive.
-    pub(crate) fn require_positive(&self, numbers: &Numbers, at: usize) -> Result<(), FileError> {
+    pub(crate) fn require_positive(&self, numbers: &Numbers, index: usize) -> Result<(), FileError> {
         let Numbers { key, line, values, .. } = numbers;
-        if values[at] > 0.0 {
+        if values[index] > 0.0 {
             return Ok(());
         }
-        let found = if values.len() > 1 { format!("0 as its number {}", at + 1) } else { "0".into() };
+        let found = if values.len() > 1 { format!("0 as its number {}", index + 1) } else { "0".into() };
         self.refuse(*line, key, found, "above 0: without it there is no such loop")
     }
 
@@ -211,6 +214,6 @@ pub(crate) fn rounded(value: f64) -> f64 {
 
 /// Returns the byte range of a part of a text that starts at byte `begin`.
 fn piece(begin: usize, whole: &str, part: &str) -> Range<usize> {
-    let at = begin + (part.as_ptr() as usize).saturating_sub(whole.as_ptr() as usize);
-    at..at + part.len()
+    let start = begin + (part.as_ptr() as usize).saturating_sub(whole.as_ptr() as usize);
+    start..start + part.len()
 }

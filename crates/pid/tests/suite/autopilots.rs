@@ -40,7 +40,7 @@ control_modes: # α
 const MSS: &str = "%{\nKp_theta = 1.0;\n%}\nKp_z = 0.1;  % depth\nKp_theta = 5.33; Ki_theta = 0.43; % pitch\n\
     self.Kd_theta = 10.7  # rate\ndelta_s = -Kp_theta * ssa(theta - theta_d) - Kd_theta * q;\n";
 
-/// Data that each file lacks.
+/// Returns the data that the file of an autopilot lacks.
 fn missing(autopilot: Autopilot) -> Missing {
     match autopilot {
         Autopilot::ArduSub => Missing { full_output: Some(40.0), ..Missing::default() },
@@ -81,7 +81,7 @@ fn controller(pitch: &str, more: &str) -> String {
 }
 
 #[test]
-fn gains_of_dune_are_radians_of_the_fins() {
+fn converts_dune_gains_to_fin_angles() {
     let found = read(Autopilot::Dune, DUNE).unwrap();
     let expected = [("pitch.kp".into(), 1.5, "rad/rad"), ("pitch.kd".into(), 1.1, "rad.s/rad")];
     assert_eq!(gains(&found), expected);
@@ -104,7 +104,7 @@ fn gains_of_dune_are_radians_of_the_fins() {
 }
 
 #[test]
-fn a_depth_loop_of_dune_is_read_if_it_has_no_derivative() {
+fn reads_dune_depth_loop_without_derivative() {
     let text = DUNE.replace("0.6, 0.0, 0.7", "0.6,\n       0.02, 0.0");
     let found = read(Autopilot::Dune, &text).unwrap();
     let depth: Vec<_> = gains(&found).into_iter().skip(2).collect();
@@ -137,7 +137,7 @@ fn imports_mvp_gains_in_given_unit() {
 }
 
 #[test]
-fn gains_of_a_script_are_its_numbers() {
+fn imports_script_gains_unchanged() {
     let found = read(Autopilot::Mss, MSS).unwrap();
     let values: Vec<f64> = found.gains.iter().map(|gain| gain.value).collect();
     assert_eq!(values, [5.33, 0.43, 10.7]);
@@ -170,7 +170,7 @@ fn ardusub_cascade_equals_squid_cascade() {
 
 /// The reference weight selects one of two cascades with the same feedback.
 #[test]
-fn ardusub_has_the_weight_of_its_cascade_alone() {
+fn refuses_reference_weight_without_ardusub_cascade() {
     let with = |weight: &str, ki: &str| {
         let pitch = format!(
             "kp = {{ value = 36, unit = \"N.m/rad\" }}\nki = {{ value = {ki}, unit = \"N.m/(rad.s)\" }}\n\
@@ -248,7 +248,7 @@ fn imports_and_exports_heading_and_roll_gains() {
 
 /// Rejects laws of heading and roll that are not a PID, and gains that are not in use.
 #[test]
-fn other_laws_of_heading_and_of_roll_are_refused() {
+fn refuses_other_heading_and_roll_laws() {
     let cases = [
         (0, "1.5, 0.0, 0.0", "1.5, 0.1, 0.0", 2, "[Control.AUV.Attitude] Heading PID Gains"),
         (
@@ -358,7 +358,7 @@ proptest! {
 
 /// Rejects values that are ambiguous, missing or not a number.
 #[test]
-fn refuses_files_that_cannot_be_read_in_one_way() {
+fn refuses_ambiguous_files() {
     use Autopilot::{ArduSub, Dune, Mss, Mvp};
     const GAINS: &str = "[Control.AUV.Attitude] Pitch PID Gains";
     const EFFECT: &str = "[Control.AUV.Allocator] Fin effect M";
@@ -408,7 +408,7 @@ fn refuses_files_that_cannot_be_read_in_one_way() {
 }
 
 #[test]
-fn asks_for_what_the_file_does_not_say() {
+fn reports_missing_data() {
     let without = |autopilot, text, missing: &Missing| {
         import(autopilot, Angle::Pitch, text, "theirs", missing).unwrap_err()
     };
@@ -424,7 +424,7 @@ fn asks_for_what_the_file_does_not_say() {
 
 /// Rejects gains that an autopilot cannot represent.
 #[test]
-fn refuses_to_write_what_the_autopilot_does_not_have() {
+fn refuses_to_export_unsupported_terms() {
     use Autopilot::{ArduSub, Dune, Mss, Mvp};
     let radians = "kp = { value = 3.0, unit = \"rad/rad\" }\nkd = { value = 2.0, unit = \"s\" }\n";
     let moments = "kp = { value = 3.0, unit = \"N.m/rad\" }\nkd = { value = 2.0, unit = \"N.m.s/rad\" }\n";

@@ -1,4 +1,4 @@
-//! Rejected controllers: line and key of each mistake; snapshots hold the messages.
+//! Refused controllers: line and key of each mistake; snapshots hold the messages.
 
 use crate::vehicles::{layout, made, mistake};
 use squid_pid::Layout;
@@ -63,7 +63,7 @@ fn refuses_gains_units_forms_and_tables() {
 }
 
 #[test]
-fn refuses_loops_of_other_signals_than_those_of_the_design() {
+fn refuses_loops_of_untracked_signals() {
     let mut blind = layout("pitch");
     blind.measurements.retain(|port| port.signal != "pitch_rate");
     let cases = [
@@ -81,7 +81,7 @@ fn refuses_loops_of_other_signals_than_those_of_the_design() {
 }
 
 #[test]
-fn refuses_actuators_that_cannot_carry_out_a_command() {
+fn refuses_unsuitable_actuators() {
     let with = |allocation: &str| {
         let text = format!("{GOOD}[controller.allocation]\n{allocation}\n");
         made("remus100", &layout("pitch"), &text)

@@ -4,7 +4,7 @@ use squid_auv::Vehicle;
 use squid_auv::toml_file::{FileError, Mistake};
 use squid_pid::{Layout, Port, Structure};
 
-/// Centre and half width of the speed range.
+/// Centre and half range of the speeds, m/s.
 pub const SCHEDULING: (f64, f64) = (1.8, 0.4);
 
 pub fn vehicle(name: &str) -> Vehicle {

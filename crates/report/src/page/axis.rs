@@ -1,8 +1,8 @@
-//! An axis of a chart: its range, its ticks, and their labels.
+//! Axis of a chart: range, ticks, and tick labels.
 
 use crate::page::tidy;
 
-/// The scale of an axis.
+/// Scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
     /// Linear.
@@ -11,54 +11,54 @@ pub enum Scale {
     Logarithmic,
 }
 
-/// One axis.
+/// Axis of a chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     /// Quantity and unit.
     pub label: String,
-    /// The scale.
+    /// Scale.
     pub scale: Scale,
-    /// The displayed range; that of the curves by default.
+    /// Displayed range; that of the curves by default.
     pub range: Option<(f64, f64)>,
-    /// The smallest length of the default range, in axis coordinates.
+    /// Smallest length of the default range, in axis coordinates.
     pub least: f64,
-    /// True where a unit is as long on the page as one of the other axis.
+    /// `true` if a unit has the same length on the page as one of the other axis.
     pub is_equal: bool,
 }
 
 impl Axis {
-    /// A linear axis with the range of the curves.
+    /// Creates a linear axis with the range of the curves.
     pub fn linear(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Linear, range: None, least: 0.0, is_equal: false }
     }
 
-    /// A logarithmic axis with the range of the curves.
+    /// Creates a logarithmic axis with the range of the curves.
     pub fn logarithmic(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Logarithmic, range: None, least: 0.0, is_equal: false }
     }
 
-    /// This axis with a given range.
+    /// Returns this axis with a given range.
     #[must_use]
     pub fn over(mut self, from: f64, to: f64) -> Self {
         self.range = Some((from, to));
         self
     }
 
-    /// This axis with units as long on the page as those of the other.
+    /// Returns this axis with units of the same length on the page as those of the other axis.
     #[must_use]
     pub fn equal(mut self) -> Self {
         self.is_equal = true;
         self
     }
 
-    /// This axis with a smallest length of its default range.
+    /// Returns this axis with a smallest length of its default range.
     #[must_use]
     pub fn at_least(mut self, least: f64) -> Self {
         self.least = least;
         self
     }
 
-    /// A value in axis coordinates: itself or its decimal logarithm; `None` if that is not finite.
+    /// Converts a value to axis coordinates: itself or its decimal logarithm; `None` if that is not finite.
     pub fn place(&self, v: f64) -> Option<f64> {
         let placed = match self.scale {
             Scale::Linear => v,
@@ -67,14 +67,14 @@ impl Axis {
         placed.is_finite().then_some(placed)
     }
 
-    /// The range in axis coordinates, given or from the coordinates of all values, with some padding if `padded`.
-    pub fn extent(&self, places: impl Iterator<Item = f64>, padded: bool) -> (f64, f64) {
+    /// Returns the range in axis coordinates, given or from the coordinates of all values, with padding if `padded`.
+    pub fn extent(&self, coordinates: impl Iterator<Item = f64>, padded: bool) -> (f64, f64) {
         if let Some((from, to)) = self.range
             && let (Some(from), Some(to)) = (self.place(from), self.place(to))
         {
             return (from, to);
         }
-        let (low, high) = extent(places);
+        let (low, high) = extent(coordinates);
         if low > high {
             return (0.0, 1.0);
         }
@@ -87,20 +87,20 @@ impl Axis {
         if padded || flat { (low - padding, high + padding) } else { (low, high) }
     }
 
-    /// About `wanted` ticks within a range of axis coordinates, with their labels.
-    pub fn words(&self, (from, to): (f64, f64), wanted: usize) -> Vec<(f64, String)> {
+    /// Returns about `count` ticks within a range of axis coordinates, with their labels.
+    pub fn words(&self, (from, to): (f64, f64), count: usize) -> Vec<(f64, String)> {
         let ticks = match self.scale {
-            Scale::Linear => linear_ticks(from, to, wanted),
-            Scale::Logarithmic => logarithmic_ticks(from, to, wanted),
+            Scale::Linear => linear_ticks(from, to, count),
+            Scale::Logarithmic => logarithmic_ticks(from, to, count),
         };
-        ticks.into_iter().map(|tick| (tick, self.word(tick, (from, to), wanted))).collect()
+        ticks.into_iter().map(|tick| (tick, self.word(tick, (from, to), count))).collect()
     }
 
-    /// The label at a tick in axis coordinates.
-    fn word(&self, tick: f64, (from, to): (f64, f64), wanted: usize) -> String {
+    /// Returns the label of a tick in axis coordinates.
+    fn word(&self, tick: f64, (from, to): (f64, f64), count: usize) -> String {
         match self.scale {
             Scale::Linear => {
-                let digits = (-step(to - from, wanted).log10().floor()).clamp(0.0, 9.0) as usize;
+                let digits = (-step(to - from, count).log10().floor()).clamp(0.0, 9.0) as usize;
                 tidy(tick, digits)
             }
             Scale::Logarithmic => {
@@ -114,15 +114,15 @@ impl Axis {
     }
 }
 
-/// The minimum and maximum of some values; infinity and its negative if there are none.
+/// Returns the minimum and maximum of values; infinity and its negative if there are none.
 pub fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
 }
 
-/// Powers of ten with a larger exponent in magnitude are written with the exponent.
+/// Largest magnitude of the exponent of a power of ten that is written without exponent.
 const LONGEST: f64 = 3.5;
 
-/// A power of ten with a superscript exponent.
+/// Returns a power of ten with a superscript exponent.
 fn power_of_ten(exponent: i32) -> String {
     let raised = |c: char| match c.to_digit(10) {
         Some(digit) => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize],
@@ -131,9 +131,9 @@ fn power_of_ten(exponent: i32) -> String {
     format!("10{}", exponent.to_string().chars().map(raised).collect::<String>())
 }
 
-/// The step, 1, 2 or 5 times a power of ten, that divides a range into about `wanted` steps.
-fn step(range: f64, wanted: usize) -> f64 {
-    let raw = (range / wanted.max(1) as f64).max(f64::MIN_POSITIVE);
+/// Returns the step, 1, 2 or 5 times a power of ten, that divides a range into about `count` steps.
+fn step(range: f64, count: usize) -> f64 {
+    let raw = (range / count.max(1) as f64).max(f64::MIN_POSITIVE);
     let power = 10f64.powf(raw.log10().floor());
     match raw / power {
         lead if lead < 1.5 => power,
@@ -143,19 +143,19 @@ fn step(range: f64, wanted: usize) -> f64 {
     }
 }
 
-fn linear_ticks(from: f64, to: f64, wanted: usize) -> Vec<f64> {
-    let step = step(to - from, wanted);
+fn linear_ticks(from: f64, to: f64, count: usize) -> Vec<f64> {
+    let step = step(to - from, count);
     let (first, last) = ((from / step - 1e-9).ceil() as i64, (to / step + 1e-9).floor() as i64);
     (first..=last).map(|k| k as f64 * step).collect()
 }
 
-/// Decades if there are at least three, else 1, 2 and 5 in each.
-fn logarithmic_ticks(from: f64, to: f64, wanted: usize) -> Vec<f64> {
+/// Returns decades if there are at least three, otherwise 1, 2 and 5 in each.
+fn logarithmic_ticks(from: f64, to: f64, count: usize) -> Vec<f64> {
     let decades = (from.floor() as i64)..=(to.ceil() as i64);
     let within = |t: &f64| (from - 1e-9..=to + 1e-9).contains(t);
     let powers: Vec<f64> = decades.clone().map(|k| k as f64).filter(within).collect();
     if powers.len() >= 3 {
-        let every = powers.len().div_ceil(wanted.max(1));
+        let every = powers.len().div_ceil(count.max(1));
         return powers.into_iter().step_by(every).collect();
     }
     let fine = decades.flat_map(|k| [1.0f64, 2.0, 5.0].map(|lead| k as f64 + lead.log10()));
@@ -163,7 +163,7 @@ fn logarithmic_ticks(from: f64, to: f64, wanted: usize) -> Vec<f64> {
     if fine.len() >= 2 {
         return fine;
     }
-    linear_ticks(10f64.powf(from), 10f64.powf(to), wanted).into_iter().map(f64::log10).collect()
+    linear_ticks(10f64.powf(from), 10f64.powf(to), count).into_iter().map(f64::log10).collect()
 }
 
 #[cfg(test)]
@@ -171,7 +171,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ticks_are_round_numbers_inside_the_range() {
+    fn ticks_are_round_numbers_within_range() {
         assert_eq!(linear_ticks(-0.3, 10.2, 5), vec![0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
         assert_eq!(linear_ticks(0.5, 3.0, 5), vec![0.5, 1.0, 1.5, 2.0, 2.5, 3.0]);
         assert_eq!(logarithmic_ticks(-2.0, 1.0, 5), vec![-2.0, -1.0, 0.0, 1.0]);
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_have_the_digits_that_they_need() {
+    fn labels_have_sufficient_digits() {
         let axis = Axis::linear("");
         assert_eq!(axis.word(0.5, (0.0, 3.0), 5), "0.5");
         assert_eq!(axis.word(-0.0, (-1.0, 1.0), 5), "0");
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_has_padding_and_no_value_has_an_axis() {
+    fn extent_of_constant_and_of_no_values() {
         let (low, high) = Axis::linear("").extent([2.0, 2.0].into_iter(), false);
         assert!(low < 2.0 && high > 2.0);
         assert_eq!(Axis::linear("").at_least(4.0).extent([2.0, 2.5].into_iter(), true), (0.25, 4.25));

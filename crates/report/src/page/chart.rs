@@ -1,45 +1,45 @@
-//! A chart as SVG: a frame with ticks and curves. Colours are classes of `chart.css`.
+//! Charts as SVG: a frame with ticks and curves. Colours are classes of `chart.css`.
 
 use crate::page::{Axis, Key, Scale, escaped, thin, tidy};
 use std::fmt::Write;
 
-/// A curve.
+/// Curve of a chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// Index of its key in the figure.
+    /// Index of the curve's key in the figure.
     pub key: usize,
-    /// The points, in order.
+    /// Points, in order.
     pub points: Vec<(f64, f64)>,
 }
 
-/// A chart.
+/// Chart of one or more curves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// Its distinction from its neighbours; may be empty.
+    /// Title, which distinguishes the chart from its neighbours; may be empty.
     pub title: String,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// The curves, in drawing order.
+    /// Curves, in drawing order.
     pub curves: Vec<Curve>,
 }
 
 /// Width and height of a chart, in units of the page.
 pub type Size = (u32, u32);
-/// A chart next to others on a page.
+/// Size of a chart next to others on a page.
 pub const SMALL: Size = (400, 250);
-/// A chart as wide as a page.
+/// Size of a chart as wide as a page.
 pub const WIDE: Size = (900, 230);
 /// Margins of the frame, in units of the page: the smallest left and right ones, top and bottom.
 const FRAME: [u32; 4] = [56, 12, 28, 42];
-/// Approximate width of a digit of a tick label in the widest font, and of a point or a sign.
+/// Approximate widths of a digit, and of a point or a sign, of a tick label in the widest font.
 const DIGIT: (f64, f64) = (8.3, 4.8);
-/// Tolerance for leaving out points, as a fraction of the axis: a tenth of a unit of the page.
+/// Tolerance for omitting points, as a fraction of the axis: a tenth of a unit of the page.
 const INVISIBLE: f64 = 2.5e-4;
 /// Decimals of a coordinate, in units of the page: finer than the tolerance.
 const DECIMALS: usize = 2;
-/// Coordinates are clamped to this distance, in units of the frame, so that drawing programs can read them.
+/// Largest magnitude of a coordinate, in units of the frame; drawing programs may not read larger ones.
 const FARTHEST: f64 = 100.0;
 const X_TICKS: usize = 6;
 const Y_TICKS: usize = 5;
@@ -48,7 +48,7 @@ const TICK: f64 = 4.0;
 /// Distance of a tick label from the axis, in units of the page.
 const WORD: f64 = 7.0;
 
-/// The inside of the frame and the ranges of its axes, in axis coordinates.
+/// Inside of the frame, and the ranges of its axes in axis coordinates.
 struct Frame {
     left: f64,
     top: f64,
@@ -68,28 +68,28 @@ impl Frame {
     }
 }
 
-/// Approximate width of a tick label, in units of the page.
+/// Returns the approximate width of a tick label, in units of the page.
 fn breadth(word: &str) -> f64 {
     word.chars().map(|c| if c.is_alphanumeric() { DIGIT.0 } else { DIGIT.1 }).sum()
 }
 
 impl Chart {
-    /// A chart over time (s).
+    /// Creates a chart over time (s).
     pub fn over_time(title: impl Into<String>, label: impl Into<String>, curves: Vec<Curve>) -> Self {
         Self { title: title.into(), x: Axis::linear("time (s)"), y: Axis::linear(label), curves }
     }
 
-    /// A chart over the speed along the path (m/s).
+    /// Creates a chart over the speed along the path (m/s).
     pub fn over_speed(label: impl Into<String>, curves: Vec<Curve>) -> Self {
         Self { title: String::new(), x: Axis::linear("speed V (m/s)"), y: Axis::linear(label), curves }
     }
 
-    /// A chart over frequency (rad/s).
+    /// Creates a chart over frequency (rad/s).
     pub fn over_frequency(title: impl Into<String>, y: Axis, curves: Vec<Curve>) -> Self {
         Self { title: title.into(), x: Axis::logarithmic("frequency (rad/s)"), y, curves }
     }
 
-    /// A track seen from above, north upwards: points are (east, north), m.
+    /// Creates a chart of a track seen from above, north upwards; points are (east, north), m.
     pub fn from_above(title: impl Into<String>, curves: Vec<Curve>) -> Self {
         Self {
             title: title.into(),
@@ -99,7 +99,7 @@ impl Chart {
         }
     }
 
-    /// The chart as an `svg` element with further attributes.
+    /// Returns the chart as an `svg` element with further attributes.
     pub fn svg(&self, keys: &[Key], size: Size, attributes: &str) -> String {
         let placed: Vec<(usize, Vec<(f64, f64)>)> = self
             .curves
@@ -127,7 +127,7 @@ impl Chart {
         )
     }
 
-    /// The ranges of the axes for the page's script, and which of them are logarithmic.
+    /// Returns attributes for the page's script: the ranges of the axes, and the logarithmic axes.
     fn ranges(&self, frame: &Frame) -> String {
         let logarithmic = |axis: &Axis| axis.scale == Scale::Logarithmic;
         let both = [("x", &self.x), ("y", &self.y)];
@@ -142,7 +142,7 @@ impl Chart {
         points.iter().filter_map(|(x, y)| Some((self.x.place(*x)?, self.y.place(*y)?))).collect()
     }
 
-    /// Heading, grid, ticks and their labels, and the label of the horizontal axis.
+    /// Returns heading, grid, ticks, tick labels, and the label of the horizontal axis.
     fn axes(&self, frame: &Frame, (width, height): Size) -> String {
         let heading = match self.title.as_str() {
             "" => self.y.label.clone(),
@@ -182,8 +182,8 @@ impl Chart {
     }
 }
 
-/// Two ranges, of which one is widened about its middle until their units are equally long in a frame of this width
-/// over height.
+/// Widens one of two ranges about its middle until their units have equal length in a frame with the ratio `shape` of
+/// width to height.
 fn equal((x, y): ((f64, f64), (f64, f64)), shape: f64) -> ((f64, f64), (f64, f64)) {
     let widened = |(from, to): (f64, f64), length: f64| {
         let (middle, half) = (0.5 * (from + to), 0.5 * length.max(to - from));
@@ -192,12 +192,12 @@ fn equal((x, y): ((f64, f64), (f64, f64)), shape: f64) -> ((f64, f64), (f64, f64
     (widened(x, shape * (y.1 - y.0)), widened(y, (x.1 - x.0) / shape))
 }
 
-/// The curves, in a nested SVG that clips them at the frame.
+/// Returns the curves in a nested SVG that clips them at the frame.
 fn curves(placed: &[(usize, Vec<(f64, f64)>)], keys: &[Key], frame: &Frame) -> String {
     let Frame { left, top, width, height, .. } = frame;
     let mut out =
         format!("<svg class=\"plot\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\">");
-    // Dashed curves over solid ones, so that coincident lines are all visible.
+    // Dashed curves are drawn over solid ones, so that coincident lines are all visible.
     let (solid, dashed): (Vec<_>, Vec<_>) = placed.iter().partition(|(key, _)| keys[*key].dash.is_empty());
     for (index, points) in solid.into_iter().chain(dashed) {
         let key = &keys[*index];
@@ -208,16 +208,17 @@ fn curves(placed: &[(usize, Vec<(f64, f64)>)], keys: &[Key], frame: &Frame) -> S
         let unit: Vec<(f64, f64)> =
             points.iter().map(|p| (frame.across(p.0) / width, frame.down(p.1) / height)).collect();
         let unit = if key.dots { unit } else { thin(&unit, INVISIBLE) };
-        let (mut places, near) = (String::new(), |v: f64| v.clamp(-FARTHEST, FARTHEST));
+        let (mut coordinates, near) = (String::new(), |v: f64| v.clamp(-FARTHEST, FARTHEST));
         for (across, down) in unit {
             let (x, y) = (tidy(width * near(across), DECIMALS), tidy(height * near(down), DECIMALS));
-            let _ = if key.dots { write!(places, "M{x} {y}h0") } else { write!(places, "{x},{y} ") };
+            let _ =
+                if key.dots { write!(coordinates, "M{x} {y}h0") } else { write!(coordinates, "{x},{y} ") };
         }
-        let (class, style, places) = (key.class(), key.style(), places.trim_end());
+        let (class, style, coordinates) = (key.class(), key.style(), coordinates.trim_end());
         let _ = if key.dots {
-            write!(out, "<path data-k=\"{group}\" class=\"{class}\" d=\"{places}\"/>")
+            write!(out, "<path data-k=\"{group}\" class=\"{class}\" d=\"{coordinates}\"/>")
         } else {
-            write!(out, "<polyline data-k=\"{group}\" class=\"{class}\"{style} points=\"{places}\"/>")
+            write!(out, "<polyline data-k=\"{group}\" class=\"{class}\"{style} points=\"{coordinates}\"/>")
         };
     }
     out + "</svg>"
@@ -231,24 +232,24 @@ mod tests {
         Chart::over_time("a < b", "pitch (deg)", vec![Curve { key: 0, points }])
     }
 
-    /// The coordinates of the first curve.
-    fn places(svg: &str) -> Vec<(f64, f64)> {
+    /// Returns the coordinates of the first curve.
+    fn coordinates(svg: &str) -> Vec<(f64, f64)> {
         let points = svg.split("points=\"").nth(1).unwrap().split('"').next().unwrap();
         let pair = |p: &str| p.split_once(',').map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap()));
         points.split(' ').map(|p| pair(p).unwrap()).collect()
     }
 
     #[test]
-    fn a_chart_has_its_labels_and_thins_straight_lines() {
+    fn writes_labels_and_thins_straight_lines() {
         let line = chart((0..5000).map(|i| (f64::from(i), 2.0 * f64::from(i))).collect());
         let svg = line.svg(&[Key::nth(1, "one")], SMALL, "");
         for part in ["time (s)", "pitch (deg)", "a &lt; b", "stroke-dasharray=\"7 3\""] {
             assert!(svg.contains(part), "{part}");
         }
-        assert_eq!(places(&svg).len(), 2, "{svg}");
+        assert_eq!(coordinates(&svg).len(), 2, "{svg}");
     }
 
-    /// A slow curve has no steps: each coordinate has an error below 0.05 units.
+    /// Each coordinate of a slow curve has an error below 0.05 units, so that no steps are visible.
     #[test]
     fn coordinates_are_not_rounded_to_units() {
         let curve: Vec<(f64, f64)> = (0..=400).map(|i| 0.05 * f64::from(i)).map(|t| (t, t.sin())).collect();
@@ -257,13 +258,13 @@ mod tests {
         let svg = chart.svg(&[Key::nth(0, "one")], SMALL, "");
         let [left, right, top, bottom] = FRAME.map(f64::from);
         let (width, height) = (f64::from(SMALL.0) - left - right, f64::from(SMALL.1) - top - bottom);
-        for (x, y) in places(&svg) {
+        for (x, y) in coordinates(&svg) {
             let expected = height * (0.5 - 0.05 * (20.0 * x / width).sin());
             assert!((y - expected).abs() < 0.05, "{y} {expected}");
         }
     }
 
-    /// Labels fit, whatever their number of digits.
+    /// Labels fit for any number of digits.
     #[test]
     fn tick_labels_are_not_clipped() {
         let mut chart = chart(vec![(0.3, 0.000_025_1), (0.38, 0.000_038)]);
@@ -280,26 +281,26 @@ mod tests {
         }
     }
 
-    /// A square from above is as wide as high, in a frame of any shape, and wholly inside it.
+    /// A square seen from above has equal sides, in a frame of any shape, and is inside the frame.
     #[test]
-    fn a_square_from_above_is_a_square() {
+    fn square_from_above_has_equal_sides() {
         for scale in [(1.0, 1.0), (200.0, 3.0), (3.0, 200.0)] {
             let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (scale.0, scale.1)];
             let chart = Chart::from_above("", vec![Curve { key: 0, points: corners.to_vec() }]);
-            let places = places(&chart.svg(&[Key::nth(0, "one")], SMALL, ""));
-            let (wide, high) = (places[1].0 - places[0].0, places[1].1 - places[2].1);
-            assert!((wide - high).abs() < 0.02 * wide.max(1.0), "{places:?}");
+            let coordinates = coordinates(&chart.svg(&[Key::nth(0, "one")], SMALL, ""));
+            let (wide, high) = (coordinates[1].0 - coordinates[0].0, coordinates[1].1 - coordinates[2].1);
+            assert!((wide - high).abs() < 0.02 * wide.max(1.0), "{coordinates:?}");
             let [left, right, top, bottom] = FRAME.map(f64::from);
             let inside = |p: &(f64, f64)| {
                 (0.0..=f64::from(SMALL.0) - left - right).contains(&p.0)
                     && (0.0..=f64::from(SMALL.1) - top - bottom).contains(&p.1)
             };
-            assert!(places.iter().all(inside), "{places:?}");
+            assert!(coordinates.iter().all(inside), "{coordinates:?}");
         }
     }
 
     #[test]
-    fn values_that_are_not_finite_are_left_out() {
+    fn omits_values_that_are_not_finite() {
         let svg = chart(vec![(0.0, 1.0), (1.0, f64::NAN), (2.0, f64::INFINITY), (3.0, 2.0)]);
         let svg = svg.svg(&[Key::nth(0, "one")], SMALL, "");
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");

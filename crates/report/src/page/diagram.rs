@@ -1,9 +1,9 @@
-//! A block diagram as SVG: boxes with text, connected by arrows.
+//! Block diagrams as SVG: boxes with text, connected by arrows.
 
 use crate::page::escaped;
 use std::fmt::Write;
 
-/// A block diagram.
+/// Block diagram.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagram {
     /// Anchor in the page.
@@ -16,16 +16,16 @@ pub struct Diagram {
 
 /// Line spacing in a box, in units of the page.
 const LINE: f64 = 17.0;
-/// Half the width of an arrow head, and its length.
+/// Half the width, and the length, of an arrow head.
 const HEAD: (f64, f64) = (3.5, 9.0);
 
 impl Diagram {
-    /// An empty diagram with a width and a height in units of the page.
+    /// Creates an empty diagram; `size` is its width and height in units of the page.
     pub fn new(name: &str, caption: String, size: (u32, u32)) -> Self {
         Self { name: name.into(), caption, size, drawn: String::new() }
     }
 
-    /// A box with a centre, a width and height, and lines of text.
+    /// Draws a box with a centre, a width and height, and lines of text.
     pub fn block(&mut self, (x, y): (f64, f64), (width, height): (f64, f64), lines: &[String]) {
         let (left, top) = (x - 0.5 * width, y - 0.5 * height);
         let _ = write!(
@@ -38,17 +38,17 @@ impl Diagram {
         }
     }
 
-    /// Text centred at a point on its base line.
+    /// Draws text centred at a point on its baseline.
     pub fn label(&mut self, (x, y): (f64, f64), words: &str) {
         let _ = write!(self.drawn, "<text x=\"{x}\" y=\"{y}\">{}</text>", escaped(words));
     }
 
-    /// A summing junction.
+    /// Draws a summing junction.
     pub fn sum(&mut self, (x, y): (f64, f64)) {
         let _ = write!(self.drawn, "<circle class=\"axis\" cx=\"{x}\" cy=\"{y}\" r=\"8\"/>");
     }
 
-    /// A line through some corners, with an arrow at its end.
+    /// Draws a line through corners, with an arrow head at its end.
     pub fn wire(&mut self, corners: &[(f64, f64)]) {
         let [.., before, end] = corners else { return };
         let path: Vec<String> = corners.iter().map(|(x, y)| format!("{x} {y}")).collect();
@@ -69,7 +69,7 @@ impl Diagram {
         );
     }
 
-    /// The diagram as part of a page.
+    /// Returns the diagram as part of a page.
     pub fn html(&self) -> String {
         let (name, caption, (width, height)) = (&self.name, escaped(&self.caption), self.size);
         format!(

@@ -1,24 +1,24 @@
-//! A figure: charts with a common legend, as part of a page or as an SVG file.
+//! Figures: charts with a common legend, as part of a page or as an SVG file.
 
 use crate::page::{Chart, Key, SMALL, Size, WIDE, escaped};
 use std::fmt::Write;
 
-/// A figure.
+/// Charts with a common legend and a caption.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// Name of its file without the extension; also its anchor in the page.
+    /// File name without extension; also the anchor in the page.
     pub name: String,
     /// Caption of one or two sentences.
     pub caption: String,
-    /// The keys of the curves; one without a name is not in the legend.
+    /// Keys of the curves; a key without a name is not in the legend.
     pub keys: Vec<Key>,
-    /// The charts.
+    /// Charts.
     pub charts: Vec<Chart>,
 }
 
-/// Colours of charts, in light and in dark.
+/// Colours of charts, for light and dark pages.
 pub const STYLE: &str = include_str!("chart.css");
-/// The font of text and charts.
+/// Font of text and charts.
 pub const FONT: &str = "system-ui,-apple-system,'Segoe UI',Roboto,'Liberation Sans',sans-serif";
 /// Charts per row in an SVG file.
 const ACROSS: usize = 3;
@@ -29,7 +29,7 @@ const LETTER: f64 = 7.6;
 /// Approximate width of a letter of the title, in units of the page.
 const TITLE_LETTER: f64 = 8.8;
 
-/// Text wrapped to lines of a number of letters.
+/// Wraps text to lines of at most `letters` letters.
 fn wrapped(text: &str, letters: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -45,12 +45,12 @@ fn wrapped(text: &str, letters: usize) -> Vec<String> {
 }
 
 impl Figure {
-    /// The keys of the legend, with their indices.
+    /// Returns the keys of the legend, with their indices.
     fn named(&self) -> impl Iterator<Item = (usize, &Key)> {
         self.keys.iter().enumerate().filter(|(_, key)| !key.name.is_empty())
     }
 
-    /// The figure as part of a page, with the charts side by side if there is space, else stacked.
+    /// Returns the figure as part of a page, with charts side by side if there is space, otherwise stacked.
     pub fn html(&self) -> String {
         let mut out = format!("<figure id=\"{}\">\n", self.name);
         if self.keys.len() > 1 {
@@ -75,12 +75,12 @@ impl Figure {
         out
     }
 
-    /// The figure as an SVG file.
+    /// Returns the figure as an SVG file.
     pub fn file(&self, title: &str) -> String {
         self.laid_out(title, self.charts.len().clamp(1, ACROSS), SMALL)
     }
 
-    /// The figure as an SVG file with stacked charts.
+    /// Returns the figure as an SVG file with stacked charts.
     pub fn stacked(&self, title: &str) -> String {
         self.laid_out(title, 1, WIDE)
     }
@@ -91,7 +91,7 @@ impl Figure {
         let head = LINE * lines.len() as u32;
         let (legend, rows) = self.legend(f64::from(width), head);
         let top = head + LINE * rows + 12;
-        // What is seen from above is twice as high.
+        // A track seen from above gets twice the height.
         let high = |row: &[Chart]| if row.iter().any(|chart| chart.y.is_equal) { 2 * size.1 } else { size.1 };
         let height = top + self.charts.chunks(across).map(high).sum::<u32>();
         let mut out = format!(
@@ -109,23 +109,23 @@ impl Figure {
             let size = (size.0, high(row));
             for (i, chart) in row.iter().enumerate() {
                 let x = size.0 * i as u32;
-                let place = format!("x=\"{x}\" y=\"{y}\" width=\"{}\" height=\"{}\"", size.0, size.1);
-                let _ = writeln!(out, "{}", chart.svg(&self.keys, size, &place));
+                let position = format!("x=\"{x}\" y=\"{y}\" width=\"{}\" height=\"{}\"", size.0, size.1);
+                let _ = writeln!(out, "{}", chart.svg(&self.keys, size, &position));
             }
             y += size.1;
         }
         out + "</svg>\n"
     }
 
-    /// The legend below the title, which is `head` high, and the number of its rows.
+    /// Returns the legend, and the number of its rows, below a title of height `head`.
     fn legend(&self, width: f64, head: u32) -> (String, u32) {
         if self.keys.len() < 2 {
             return (String::new(), 0);
         }
         let (mut out, mut x, mut row) = (String::new(), 6.0, 0u32);
         for (_, key) in self.named() {
-            let needed = 52.0 + LETTER * key.name.chars().count() as f64;
-            if x > 6.0 && x + needed > width {
+            let width_of_key = 52.0 + LETTER * key.name.chars().count() as f64;
+            if x > 6.0 && x + width_of_key > width {
                 (x, row) = (6.0, row + 1);
             }
             let y = head + LINE * row + 6;
@@ -138,7 +138,7 @@ impl Figure {
                 y + 11,
                 escaped(&key.name)
             );
-            x += needed;
+            x += width_of_key;
         }
         (out, row + 1)
     }
@@ -151,7 +151,7 @@ mod tests {
     use crate::page::chart::Curve;
 
     #[test]
-    fn a_legend_of_many_long_names_takes_several_rows() {
+    fn long_legend_takes_several_rows() {
         let chart = Chart {
             title: String::new(),
             x: Axis::linear("x"),

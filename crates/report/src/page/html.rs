@@ -1,4 +1,4 @@
-//! The report as a self-contained HTML page; its script is optional.
+//! Report as a self-contained HTML page with an optional script.
 //!
 //! The page is also well-formed XML, so that any XML reader can check it.
 
@@ -6,12 +6,12 @@ use crate::page::{Boxed, FONT, Part, STYLE as CHARTS, Section, Table, escaped};
 use crate::report::Report;
 use std::fmt::Write;
 
-/// Style of the page; that of the charts is in the figures.
+/// Style of the page; the style of charts is in the figures.
 const STYLE: &str = include_str!("page.css");
-/// Optional script: values under the pointer, and lines that can be switched off.
+/// Optional script: shows values under the pointer and toggles lines.
 const SCRIPT: &str = include_str!("hover.js");
 
-/// The page up to its heading and warning, and its rest.
+/// Returns the page in two parts, before and after the position of the origin below heading and warning.
 pub fn page(report: &Report) -> (String, String) {
     let title = escaped(&report.heading);
     let mut head = format!(
@@ -28,7 +28,7 @@ pub fn page(report: &Report) -> (String, String) {
     (head, format!("{out}</main>\n<script>/*<![CDATA[*/\n{SCRIPT}/*]]>*/</script>\n</body>\n</html>\n"))
 }
 
-/// A paragraph of text.
+/// Returns a paragraph of text.
 pub fn paragraph(words: &str) -> String {
     format!("<p>{}</p>\n", prose(words))
 }
@@ -36,7 +36,7 @@ pub fn paragraph(words: &str) -> String {
 /// Units that stay on the same line as their number.
 const UNITS: [&str; 7] = ["%", "s", "m/s", "rad/s", "deg", "N", "m"];
 
-/// Text as HTML, with units on the same line as their number.
+/// Converts text to HTML, with units on the same line as their number.
 fn prose(text: &str) -> String {
     let words: Vec<&str> = text.split(' ').collect();
     let mut out = String::new();
@@ -60,7 +60,7 @@ fn prose(text: &str) -> String {
     out.split('`').enumerate().map(typed).collect()
 }
 
-/// Links to the sections.
+/// Returns links to the sections.
 fn overview(report: &Report) -> String {
     let mut out = "</header>\n<nav><ul>\n".to_owned();
     for section in &report.sections {
@@ -83,7 +83,7 @@ fn section(section: &Section) -> String {
     out + "</section>\n"
 }
 
-/// A column with a cell that starts with a letter and is longer than this contains text, not numbers.
+/// Length above which a cell that starts with a letter marks its column as text instead of numbers.
 const WORD: usize = 12;
 
 fn table(table: &Table) -> String {
@@ -117,7 +117,7 @@ fn boxed(boxed: &Boxed) -> String {
     format!("<div class=\"boxed {}\">\n{paragraphs}</div>\n", boxed.mark)
 }
 
-/// The origin of the page: below its heading, and on each printed page.
+/// Returns the origin of the page: the style for each printed page, and the paragraph below the heading.
 pub fn origin(words: &str) -> (String, String) {
     // A CSS string in HTML.
     let quoted: String = words.chars().filter(|c| !c.is_control() && !"\"\\<&".contains(*c)).collect();
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_keeps_its_unit() {
+    fn units_stay_with_numbers() {
         assert_eq!(
             prose("within 60 s, at 5 % & in Fig. 7"),
             "within 60\u{a0}s, at 5\u{a0}% &amp; in Fig.\u{a0}7"
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_has_its_mark_and_bold_words() {
+    fn box_has_mark_and_bold_text() {
         let paragraphs =
             vec![("Of it: yes.".into(), "5 of 6 < 7.".into()), (String::new(), "By `rule`.".into())];
         assert_eq!(

@@ -4,52 +4,52 @@ use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, WIDTH, extent};
 use std::path::Path;
 
-/// The kind of a line, which determines its colour.
+/// Kind of a line, which determines its colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
-    /// An independent quantity.
+    /// Independent quantity.
     Own,
-    /// A reference or a limit.
+    /// Reference or limit.
     Reference,
-    /// One of several ordered lines, at a fraction from 0 to 1 between the lowest and the highest.
+    /// One of several ordered lines, at a fraction from 0 for the lowest to 1 for the highest.
     Along(f64),
 }
 
-/// One line in a panel.
+/// Line of a panel.
 #[derive(Debug, Clone)]
 pub struct Line {
     /// Name in the legend.
     pub name: String,
     /// Points (s, value).
     pub points: Vec<(f64, f64)>,
-    /// The kind.
+    /// Kind.
     pub kind: Kind,
 }
 
-/// One panel.
+/// Panel of a plot.
 #[derive(Debug, Clone)]
 pub struct Panel {
     /// Label of the vertical axis, with its unit.
     pub label: String,
-    /// The lines.
+    /// Lines.
     pub lines: Vec<Line>,
-    /// True for a track seen from above: points are (east, north), m.
+    /// `true` for a track seen from above; points are (east, north), m.
     pub is_from_above: bool,
 }
 
 impl Panel {
-    /// A panel over time (s).
+    /// Creates a panel over time (s).
     pub fn over_time(label: impl Into<String>, lines: Vec<Line>) -> Self {
         Self { label: label.into(), lines, is_from_above: false }
     }
 
-    /// A track seen from above.
+    /// Creates a panel of a track seen from above.
     pub fn from_above(lines: Vec<Line>) -> Self {
         Self { label: String::new(), lines, is_from_above: true }
     }
 }
 
-/// Larger numbers come from a diverged flight and would overflow the axes.
+/// Largest magnitude of a plotted number; larger ones come from a diverged flight and would overflow the axes.
 const LARGEST_DRAWN: f64 = 1e100;
 
 /// Draws panels as SVG for a file. Lines with the same name have the same colour in all panels.
@@ -66,7 +66,7 @@ pub fn draw(path: &Path, title: &str, panels: &[Panel]) -> Result<String, Error>
         if low.abs().max(high.abs()) > LARGEST_DRAWN && low <= high {
             return Err(failed(format!("no axis can be drawn from {low:e} to {high:e}")));
         }
-        // Coincident lines stay visible: the last one is narrower and on top.
+        // The last line is narrower and on top, so that coincident lines stay visible.
         let wider = |nth: usize| if nth + 1 < panel.lines.len() { 2.0 * WIDTH } else { WIDTH };
         let lines = panel.lines.iter().enumerate();
         let curves = lines.map(|(nth, line)| curve(line, wider(nth), &mut keys)).collect();
@@ -80,7 +80,7 @@ pub fn draw(path: &Path, title: &str, panels: &[Panel]) -> Result<String, Error>
     Ok(figure.stacked(title))
 }
 
-/// A line as a curve, with its key.
+/// Converts a line to a curve, and adds its key if it is new.
 fn curve(line: &Line, width: f64, keys: &mut Vec<Key>) -> Curve {
     let key = keys.iter().position(|key| key.name == line.name).unwrap_or_else(|| {
         let nth = keys.iter().filter(|key| key.colour != Key::reference("").colour).count();
@@ -99,9 +99,9 @@ fn curve(line: &Line, width: f64, keys: &mut Vec<Key>) -> Curve {
 mod tests {
     use super::*;
 
-    /// Of nine lines with a reference among them no two look the same.
+    /// Ten lines, one of them a reference, all have different styles.
     #[test]
-    fn each_name_has_a_look_of_its_own() {
+    fn each_name_has_its_own_style() {
         let mut keys = vec![];
         for name in [
             "reference",
@@ -118,13 +118,13 @@ mod tests {
             let kind = if name == "reference" { Kind::Reference } else { Kind::Own };
             curve(&Line { name: name.into(), points: vec![], kind }, WIDTH, &mut keys);
         }
-        let looks = |key: &Key| (key.colour, key.dash);
+        let style = |key: &Key| (key.colour, key.dash);
         for (index, key) in keys.iter().enumerate() {
-            assert!(keys[..index].iter().all(|other| looks(other) != looks(key)), "{}", key.name);
+            assert!(keys[..index].iter().all(|other| style(other) != style(key)), "{}", key.name);
         }
     }
 
-    /// The ticks of a diverged flight would never end.
+    /// Values of a diverged flight would need an endless number of ticks.
     #[test]
     fn values_too_large_for_an_axis_are_rejected() {
         let line = Line { name: "pitch".into(), points: vec![(0.0, 1e308), (1.0, -1e308)], kind: Kind::Own };

@@ -1,8 +1,8 @@
-//! A section of the report: text, figures, diagrams, tables and boxes, in order.
+//! Sections of a report: text, figures, diagrams, tables and boxes, in order.
 
 use crate::page::{Diagram, Figure, capital};
 
-/// A table of text and numbers.
+/// Table of text and numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// One heading per column.
@@ -12,7 +12,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// An empty table.
+    /// Creates an empty table.
     pub fn new<const N: usize>(head: [&str; N]) -> Self {
         Self { head: head.map(str::to_owned).to_vec(), rows: Vec::new() }
     }
@@ -21,28 +21,28 @@ impl Table {
 /// Paragraphs in a box with a colour for a status.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boxed {
-    /// The CSS class of its colour: yes, partly or no; any other is grey.
+    /// CSS class of the colour: yes, partly or no; any other is grey.
     pub mark: &'static str,
-    /// For each paragraph the bold text at its start, if any, and the rest.
+    /// Bold text at the start of each paragraph, may be empty, and its remaining text.
     pub paragraphs: Vec<(String, String)>,
 }
 
-/// A part of a section.
+/// Part of a section.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Part {
-    /// A paragraph.
+    /// Paragraph.
     Words(String),
-    /// A figure.
+    /// Figure.
     Figure(Figure),
-    /// A block diagram.
+    /// Block diagram.
     Diagram(Diagram),
-    /// A table.
+    /// Table.
     Table(Table),
-    /// A box.
+    /// Box.
     Boxed(Boxed),
 }
 
-/// A section.
+/// Section of a report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section {
     /// Anchor.
@@ -54,13 +54,13 @@ pub struct Section {
 }
 
 impl Section {
-    /// A section with an anchor and a heading.
+    /// Creates a section with an anchor and a heading.
     pub fn new(id: &str, title: &str, parts: Vec<Part>) -> Self {
         Self { id: id.into(), title: title.into(), parts }
     }
 
-    /// The section on a page with those of other axes: its anchors begin with what its own axis steers, as its heading
-    /// does.
+    /// Returns the section for a page with several axes: its anchors and heading begin with the quantity that its axis
+    /// controls.
     #[must_use]
     pub fn of_axis(mut self, axis: &str) -> Self {
         for part in &mut self.parts {

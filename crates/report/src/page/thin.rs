@@ -1,6 +1,6 @@
 //! Thinning of curves without visible change.
 
-/// Leaves out points within `tolerance` of the line through the kept points; the first and the last are kept.
+/// Omits points within `tolerance` of the line through the kept points; the first and the last are kept.
 ///
 /// Both coordinates are in units of their axis. Source: D. Douglas, T. Peucker, Cartographica 10(2), 1973.
 pub fn thin(points: &[(f64, f64)], tolerance: f64) -> Vec<(f64, f64)> {
@@ -22,7 +22,7 @@ pub fn thin(points: &[(f64, f64)], tolerance: f64) -> Vec<(f64, f64)> {
     points.iter().zip(keep).filter(|(_, kept)| *kept).map(|(point, _)| *point).collect()
 }
 
-/// The distance of a point from a line segment.
+/// Returns the distance of a point from a line segment.
 fn distance(p: (f64, f64), a: (f64, f64), b: (f64, f64)) -> f64 {
     let along = (b.0 - a.0, b.1 - a.1);
     let square = along.0 * along.0 + along.1 * along.1;
@@ -35,9 +35,9 @@ fn distance(p: (f64, f64), a: (f64, f64), b: (f64, f64)) -> f64 {
 mod tests {
     use super::*;
 
-    /// Every point left out is within the tolerance of the drawn lines, and far fewer points are kept.
+    /// Every omitted point is within the tolerance of the drawn lines, and far fewer points are kept.
     #[test]
-    fn thinning_is_invisible() {
+    fn thinning_stays_within_tolerance() {
         let step = |t: f64| 1.0 - (-t).exp() * (3.0 * t).cos();
         let points: Vec<(f64, f64)> = (0..3000)
             .map(|i| f64::from(i) / 3000.0)
@@ -53,7 +53,7 @@ mod tests {
     }
 
     #[test]
-    fn few_points_are_kept() {
+    fn keeps_curves_of_few_points() {
         assert_eq!(thin(&[], 1.0), vec![]);
         assert_eq!(thin(&[(0.0, 0.0)], 1.0), vec![(0.0, 0.0)]);
         assert_eq!(thin(&[(0.0, 0.0), (0.0, 0.0), (0.0, 0.0)], 0.0).len(), 2);

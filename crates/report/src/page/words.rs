@@ -1,11 +1,11 @@
 //! Text of a page.
 
-/// Text escaped for HTML and attributes.
+/// Escapes text for HTML and attributes.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// The text with a capital first letter.
+/// Returns the text with a capital first letter.
 pub fn capital(words: &str) -> String {
     let mut letters = words.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())

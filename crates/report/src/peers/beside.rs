@@ -1,5 +1,4 @@
-//! Other designs of the vehicle beside that of the report: whether they fly its course, their sizes, proofs and
-//! verdicts.
+//! Comparison with other designs of the vehicle: check of their course, sizes, proofs and verdicts.
 
 use crate::error::Error;
 use crate::subject::{Step, Subject};
@@ -8,14 +7,14 @@ use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::Tracked;
 use squid_design::verdict::row::{Outcome, Row};
 
-/// A cell of what a law does not have.
+/// Cell for a figure that a law does not have.
 pub(crate) const NOTHING: &str = "-";
 
-/// The key of the rows that depend on the declared uncertainty.
+/// Key of the rows that depend on the declared uncertainty.
 const MU: &str = "mu";
 
-/// Checks that another design of the vehicle can fly the course of the first: both track the same besides the speed;
-/// speeds, depth and manoeuvre are the same.
+/// Checks that another design of the vehicle can fly the course of the first: both must track the same outputs besides
+/// the speed, with the same speeds, depth and manoeuvre.
 ///
 /// # Errors
 /// [`Error::NotBeside`].
@@ -39,7 +38,7 @@ pub fn check(first: &Inputs, other: &Inputs) -> Result<(), Error> {
     if different.is_empty() { Ok(()) } else { refused(different.join("; ")) }
 }
 
-/// The keys of a design file that determine its flights, with their units.
+/// Returns the keys of a design file that determine its flights, with values and units.
 fn course(inputs: &Inputs) -> Vec<(String, f64, &'static str)> {
     let (design, manoeuvre) = (&inputs.design, &inputs.design.manoeuvre);
     let Step { name, height, factor, unit, .. } = Step::of(inputs, manoeuvre);
@@ -58,7 +57,7 @@ fn course(inputs: &Inputs) -> Vec<(String, f64, &'static str)> {
     keys.chain([(format!("{name}_step"), factor * height, unit)]).collect()
 }
 
-/// What a table with other designs shows, in words; empty without any.
+/// Returns the description of a table with other designs; empty without any.
 pub(crate) fn words(subject: &Subject) -> String {
     if subject.beside.is_empty() {
         return String::new();
@@ -73,7 +72,7 @@ pub(crate) fn words(subject: &Subject) -> String {
     )
 }
 
-/// States and channels, and the proved gains.
+/// Returns rows of states and channels, and of the proved gains.
 pub(crate) fn proofs(designs: &[&Subject]) -> Vec<Vec<String>> {
     let row = |what: &str, of: &dyn Fn(&Subject) -> String| {
         [what.to_owned(), String::new()]
@@ -99,7 +98,7 @@ pub(crate) fn proofs(designs: &[&Subject]) -> Vec<Vec<String>> {
     ]
 }
 
-/// The rows of the verdicts.
+/// Returns the rows of the verdicts.
 pub(crate) fn verdicts(designs: &[&Subject]) -> Result<Vec<Vec<String>>, Error> {
     let verdicts = designs
         .iter()
@@ -125,7 +124,7 @@ pub(crate) fn verdicts(designs: &[&Subject]) -> Result<Vec<Vec<String>>, Error> 
     Ok(order.into_iter().map(row).collect())
 }
 
-/// A figure, with its own requirement if that is not `required`, and marked if it misses its own.
+/// Returns a figure as text, with its own requirement if that is not `required`, and marked if it misses its own.
 fn cell(row: &Row, required: &str) -> String {
     let mut words = row.found();
     match row.required() {
@@ -147,7 +146,7 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn a_cell_is_judged_by_the_requirement_of_its_own_file() {
+    fn cell_uses_requirement_of_its_own_file() {
         let row = |limit, outcome| Row {
             key: "phase_margin",
             what: "phase margin".into(),
@@ -165,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn only_designs_on_the_same_course_stand_side_by_side() {
+    fn refuses_designs_on_other_courses() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let read = |vehicle: &str, name: &str| Inputs::read(&vehicles.join(vehicle), name).unwrap();
         let first = read("squid", "design");
@@ -187,10 +186,10 @@ mod tests {
         let depth = Inputs::read_axis(&remus, "design", Some("depth")).unwrap();
         let pitch = read("remus100", "pitch");
         for (first, other) in [(&pitch, &depth), (&depth, &pitch)] {
-            let said = check(first, other).unwrap_err().to_string();
+            let message = check(first, other).unwrap_err().to_string();
             let [steered, own] = [first, other].map(|inputs| inputs.design.steered());
-            assert!(said.contains(&format!("it steers {own}, and ")), "{said}");
-            assert!(said.contains(&format!(" steers {steered}; ")), "{said}");
+            assert!(message.contains(&format!("it steers {own}, and ")), "{message}");
+            assert!(message.contains(&format!(" steers {steered}; ")), "{message}");
         }
     }
 }

@@ -1,5 +1,5 @@
-//! The course on which laws are tuned and compared at one speed: a step up and down of what the axis steers, a gust,
-//! and a step of the speed, unless that is given.
+//! Course on which laws are tuned and compared at one speed: a step up and down of the controlled output, a gust, and a
+//! step of the speed, unless that is imposed.
 
 use crate::error::Error;
 use crate::peers::law::Law;
@@ -11,27 +11,27 @@ use squid_flight::flight::{Disturbance, Flight, Row, Spell, Variations};
 use squid_flight::metrics::{StepFigures, itae};
 use squid_scheduled::Manoeuvre;
 
-/// The step up, and down (s).
+/// Times of the step up and down (s).
 const UP: f64 = 2.0;
 const DOWN: f64 = 20.0;
-/// The gust (s).
+/// Time of the gust (s).
 const GUST_AT: f64 = 34.0;
-/// The speed step (s).
+/// Time of the speed step (s).
 const SPEED_AT: f64 = 44.0;
-/// The end (s).
+/// End of the course (s).
 const END: f64 = 64.0;
 
-/// The duration of a step of the speed (s), below any sample time, and how much earlier it begins.
+/// Duration of a step of the speed (s), below any sample time, and half the time by which it begins earlier.
 const AT_ONCE: f64 = 1e-6;
 
-/// The height of the speed step (m/s) at a speed, towards the middle of the range.
+/// Returns the height of the speed step (m/s) at a speed, towards the middle of the range.
 pub fn speed_step(subject: &Subject, speed: f64) -> f64 {
     let (middle, half_range) = subject.inputs.design.scheduling();
     let size = (0.2 * half_range).min(0.3);
     if speed <= middle { size } else { -size }
 }
 
-/// The manoeuvre of a design at a speed (m/s) that steps at a time (s), by [`speed_step`], and nothing else.
+/// Returns the manoeuvre of a design with only a step of the speed (m/s) at a time (s), by [`speed_step`].
 pub fn speed_stepped(subject: &Subject, speed: f64, at: f64, duration: f64) -> Manoeuvre {
     Manoeuvre {
         speed_from: speed,
@@ -43,7 +43,7 @@ pub fn speed_stepped(subject: &Subject, speed: f64, at: f64, duration: f64) -> M
     }
 }
 
-/// How many times longer than for 1 rad/s a course is, for what an axis of a slower reference model steers.
+/// Returns the factor on the duration of a course for a reference model slower than 1 rad/s.
 pub(crate) fn slowness(subject: &Subject) -> f64 {
     let design = &subject.inputs.design;
     let model = design.tracked.iter().find(|t| t.index == design.stepped()).and_then(|t| t.model);
@@ -54,10 +54,10 @@ pub(crate) fn slowness(subject: &Subject) -> f64 {
 /// Trans. AIEE 72, 1953.
 type Step = [f64; 3];
 
-/// The figures of a window of rows that begins with a step of a reference.
+/// Returns the figures of a window of rows that begins with a step of a reference.
 fn step(rows: &[Row], index: usize, height: f64) -> Step {
-    let begun = rows.first().map_or(f64::NAN, |row| row.time);
-    let found = StepFigures::of(rows, index, (begun, height), &[]);
+    let start = rows.first().map_or(f64::NAN, |row| row.time);
+    let found = StepFigures::of(rows, index, (start, height), &[]);
     [itae(rows, index, height), found.settling_time, 100.0 * found.overshoot]
 }
 
@@ -65,7 +65,7 @@ fn largest(rows: &[Row], of: impl Fn(&Row) -> f64) -> f64 {
     rows.iter().map(of).fold(0.0, f64::max)
 }
 
-/// The water that begins to move across the path of an axis; `None` if that does not turn it.
+/// Returns the gust across the path that acts on an axis; `None` if no gust does.
 fn gust(subject: &Subject) -> Option<Current> {
     let moves = |symbol: &str| subject.inputs.design.states.iter().any(|state| state.symbol == symbol);
     match () {
@@ -75,7 +75,7 @@ fn gust(subject: &Subject) -> Option<Current> {
     }
 }
 
-/// The flight of a law; `None` if it was lost.
+/// Simulates a law; `None` if the vehicle is lost.
 fn flown(law: &Law, manoeuvre: &Manoeuvre, spells: &[Spell]) -> Result<Option<Flight>, Error> {
     let variations = Variations { spells, ..Variations::default() };
     match law.fly(&law.subject.inputs.vehicle, manoeuvre, &variations) {
@@ -85,13 +85,13 @@ fn flown(law: &Law, manoeuvre: &Manoeuvre, spells: &[Spell]) -> Result<Option<Fl
     }
 }
 
-/// The figures of a law at a speed (m/s) on the course of a design: those of the step up, those of the speed step, the
-/// largest error after the gust (in the unit in which the step is shown), and the largest command (% of the range from
-/// the trim to a limit). NaN of a speed that the law does not track and of a gust that does not turn the axis; infinite
-/// if the flight was lost.
+/// Returns the figures of a law at a speed (m/s) on the course of a design: of the step up and of the speed step, the
+/// largest error after the gust (in the unit of the displayed step), and the largest command (% of the range from the
+/// trim to a limit). NaN for a speed that the law does not track and a gust that does not act on the axis; infinite if
+/// the vehicle is lost.
 ///
 /// # Errors
-/// The errors of the trim.
+/// Errors of the trim.
 pub(crate) fn fly_at(first: &Subject, law: &Law, speed: f64) -> Result<[f64; 8], Error> {
     let (own, scale) = (first.step(), slowness(first));
     let tracked = law.subject.inputs.design.tracked_speed().is_some();
@@ -107,8 +107,8 @@ pub(crate) fn fly_at(first: &Subject, law: &Law, speed: f64) -> Result<[f64; 8],
     let rows = flown(law, &manoeuvre, &[spell])?.map(|flight| flight.rows);
     let window = |from: f64, to: f64| {
         let rows = rows.as_deref()?;
-        let place = |time: f64| rows.partition_point(|row| row.time + 1e-9 < time);
-        rows.get(place(from)..place(to))
+        let index = |time: f64| rows.partition_point(|row| row.time + 1e-9 < time);
+        rows.get(index(from)..index(to))
     };
     let lost = [f64::INFINITY; 3];
     let [itae, settled, overshoot] = window(up, down).map_or(lost, |rows| step(rows, own.index, own.height));
@@ -123,18 +123,18 @@ pub(crate) fn fly_at(first: &Subject, law: &Law, speed: f64) -> Result<[f64; 8],
     Ok([itae, settled, overshoot, speed_itae, speed_settled, speed_overshoot, gusted, effort])
 }
 
-/// The largest change of a command from the start, relative to the range to its limit.
+/// Returns the largest change of a command from the start, relative to the range to its limit.
 fn effort(subject: &Subject, start: &Row, row: &Row) -> f64 {
     let each = subject.inputs.vehicle.actuators.iter().zip(row.commands.iter().zip(&start.commands));
     each.map(|(a, (now, trim))| (now - trim) / if now > trim { a.max - trim } else { a.min - trim })
         .fold(0.0, f64::max)
 }
 
-/// The figures of the step of the design's manoeuvre, which is during a ramp of speed, and the largest speed error
-/// (m/s); NaN of a speed that the law does not track.
+/// Returns the figures of the step of the design's manoeuvre, during its speed ramp, and the largest speed error (m/s);
+/// NaN for a speed that the law does not track.
 ///
 /// # Errors
-/// The errors of the trim.
+/// Errors of the trim.
 pub(crate) fn fly_ramp(first: &Subject, law: &Law) -> Result<[f64; 4], Error> {
     let (own, manoeuvre) = (first.step(), &first.stored.manoeuvre);
     let design = &law.subject.inputs.design;

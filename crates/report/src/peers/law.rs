@@ -1,5 +1,5 @@
-//! The control laws of the comparison: autopilots, and blended controllers with the sensors, filter of the speed
-//! reference, trim feedforward, sample time, delay and limits of one.
+//! Control laws of the comparison: autopilots, and blended controllers with the sensors, speed reference filter, trim
+//! feedforward, sample time, delay and limits of an autopilot.
 
 use crate::error::Error;
 use crate::subject::Subject;
@@ -18,19 +18,19 @@ use squid_pid::Pid;
 use squid_scheduled::{ControllerDesign, Manoeuvre};
 use std::collections::VecDeque;
 
-/// A control law.
+/// Control law of a comparison.
 #[derive(Debug)]
 pub struct Law<'a> {
-    /// Its name in a table.
+    /// Name in a table.
     pub name: String,
-    /// The design whose signals it has.
+    /// Design with the signals of the law.
     pub subject: &'a Subject<'a>,
     kind: Kind,
 }
 
 #[derive(Debug)]
 enum Kind {
-    /// The autopilot of a frozen controller.
+    /// Autopilot of a frozen controller.
     Autopilot(Box<ControllerDesign>, Controller),
     /// Sampled H-infinity controllers for the speeds of the subject. All run; the outputs of the two at the speeds next
     /// to the vehicle's are interpolated linearly.
@@ -38,13 +38,13 @@ enum Kind {
 }
 
 impl<'a> Law<'a> {
-    /// The stored controller of a design.
+    /// Returns the stored controller of a design.
     pub fn stored(subject: &'a Subject) -> Self {
         let own = Kind::Autopilot(Box::new(subject.stored.controller.clone()), subject.controller.clone());
         Self { name: subject.inputs.design.name.clone(), subject, kind: own }
     }
 
-    /// A PID in the place of the controller of a design; `None` if it does not fit.
+    /// Returns a PID in place of the controller of a design; `None` if it does not match the signals.
     pub fn pid(subject: &'a Subject, pid: &Pid) -> Option<Self> {
         let actuators = &subject.inputs.vehicle.actuators;
         let file = DesignFile { controller: Some(pid.clone()), ..subject.inputs.design.clone() };
@@ -59,7 +59,7 @@ impl<'a> Law<'a> {
         Some(Self { name: "PID".into(), subject, kind: Kind::Autopilot(Box::new(frozen), controller) })
     }
 
-    /// H-infinity controllers for single speeds, with the weights of a design; `None` if there is none at one of them.
+    /// Returns blended H-infinity controllers for single speeds, with the weights of a design; `None` if one fails.
     pub fn blended(subject: &'a Subject) -> Option<Self> {
         let sampled = |alone: &Result<squid_lpv::synthesis::Design, _>| {
             let k = alone.as_ref().ok()?.controller.frozen(&[]).ok()?;
@@ -69,8 +69,8 @@ impl<'a> Law<'a> {
         Some(Self { name: "blended H-infinity".into(), subject, kind: Kind::Blended(controllers) })
     }
 
-    /// The sampled law from y to the commands in units of reach, frozen at a speed along the path (m/s) and away from
-    /// limits.
+    /// Returns the sampled law from y to the commands in units of reach, frozen at a speed along the path (m/s) and
+    /// away from limits.
     pub fn frozen(&self, speed: f64) -> Option<StateSpace> {
         match &self.kind {
             Kind::Autopilot(_, controller) => {
@@ -90,7 +90,7 @@ impl<'a> Law<'a> {
         }
     }
 
-    /// The largest |S| at all openings of the loop, the largest rms command under sensor noise relative to its reach,
+    /// Returns the largest |S| at all loop openings, the largest rms command under sensor noise relative to its reach,
     /// and the delay margin \[s\] of all commands at once, at the speed of a trim; `None` if the loop is unstable.
     pub fn at(&self, l: &Linearisation) -> Option<[f64; 3]> {
         let sampling = self.subject.sampling();
@@ -105,7 +105,7 @@ impl<'a> Law<'a> {
     /// Simulates a vehicle under this law.
     ///
     /// # Errors
-    /// As [`fly_varied`].
+    /// Errors of [`fly_varied`].
     pub fn fly(
         &self,
         vehicle: &Vehicle,
@@ -133,18 +133,18 @@ impl<'a> Law<'a> {
     }
 }
 
-/// The index of the interval of two or more increasing speeds that contains a speed, and the fraction of it; clamped
-/// at the ends.
+/// Returns the index of the interval of two or more increasing speeds that contains a speed, and the fraction within
+/// it; clamped at the ends.
 fn between(speeds: &[f64], speed: f64) -> (usize, f64) {
     let low = speeds.iter().rposition(|v| *v <= speed).unwrap_or(0).min(speeds.len() - 2);
     (low, ((speed - speeds[low]) / (speeds[low + 1] - speeds[low])).clamp(0.0, 1.0))
 }
 
-/// Simulates a vehicle under a law in the place of the stored controller: from the speed along the path (m/s) and the
+/// Simulates a vehicle under a law in place of the stored controller: from the speed along the path (m/s) and the
 /// controller's input y to the commands minus their trim, in units of reach.
 ///
 /// # Errors
-/// As [`fly_with`].
+/// Errors of [`fly_with`].
 pub fn fly_instead(
     subject: &Subject,
     vehicle: &Vehicle,
@@ -153,8 +153,8 @@ pub fn fly_instead(
     mut law: impl FnMut(f64, &Mat) -> Mat,
 ) -> Result<Flight, Error> {
     let design = &subject.stored.controller;
-    // Commands are delayed as those of the autopilot; the first ones hold before.
-    let mut waiting: VecDeque<Vec<f64>> = VecDeque::new();
+    // Commands are delayed as in the autopilot; the first command fills the delay line.
+    let mut delay_line: VecDeque<Vec<f64>> = VecDeque::new();
     let level = subject.inputs.design.level();
     Ok(fly_with(vehicle, design, level, manoeuvre, variations, |autopilot, inputs, trimmed_at| {
         let (trims, y) = (autopilot.trim(), autopilot.controller_inputs());
@@ -163,9 +163,9 @@ pub fn fly_instead(
             (trims.command(trimmed_at, j) + a.scale * u[j]).clamp(a.minimum, a.maximum)
         };
         let computed: Vec<f64> = design.actuators.iter().enumerate().map(command).collect();
-        waiting.resize(design.delay_ticks.max(waiting.len()), computed.clone());
-        waiting.push_back(computed);
-        waiting.pop_front().unwrap_or_default()
+        delay_line.resize(design.delay_ticks.max(delay_line.len()), computed.clone());
+        delay_line.push_back(computed);
+        delay_line.pop_front().unwrap_or_default()
     })?)
 }
 
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_two_neighbours_are_blended() {
+    fn blends_the_two_adjacent_speeds() {
         let speeds = [1.0, 2.0, 4.0];
         for (speed, low, part) in
             [(0.5, 0, 0.0), (1.25, 0, 0.25), (2.0, 1, 0.0), (3.0, 1, 0.5), (9.0, 1, 1.0)]

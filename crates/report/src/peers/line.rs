@@ -1,47 +1,47 @@
-//! A row of a comparison: a figure of several control laws or designs, and which of them is better.
+//! Row of a comparison: a figure of several control laws or designs, and the better of them.
 
-/// Figures with a smaller difference, relative to the larger, are a draw.
+/// Largest difference, relative to the larger figure, that counts as a draw.
 pub(crate) const DRAW: f64 = 0.02;
 
-/// A figure at a speed for each law; smaller is better unless `largest`. NaN where a law has no such figure.
+/// Figure at a speed for each law; smaller is better unless `largest`. NaN if a law has no such figure.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Line {
-    /// The figure, with its unit.
+    /// Name of the figure, with its unit.
     pub name: String,
-    /// The speed (m/s), or the course.
+    /// Speed (m/s), or the course.
     pub at: String,
-    /// Decimals that are shown.
+    /// Number of decimals shown.
     pub decimals: usize,
-    /// The largest insignificant difference.
+    /// Largest insignificant difference.
     pub slight: f64,
-    /// Whether the largest is best.
+    /// `true` if the largest is best.
     pub largest: bool,
-    /// Reported but not compared.
+    /// `true` if reported but not compared.
     pub reported: bool,
-    /// One for each law; the first is that of the report's design.
+    /// Value for each law; the first is that of the report's design.
     pub values: Vec<f64>,
 }
 
-/// The outcomes of a row.
+/// Outcomes of a row.
 const WON: &str = "won";
 const DRAWN: &str = "drawn";
 const LOST: &str = "lost";
 
 impl Line {
-    /// A compared figure without values; the smallest is best.
+    /// Creates a compared figure without values; the smallest is best.
     pub fn new(name: impl Into<String>, decimals: usize, slight: f64) -> Self {
         let (name, at, values) = (name.into(), String::new(), vec![]);
         Self { name, at, decimals, slight, largest: false, reported: false, values }
     }
 
-    /// Figures at a speed or on a course, with the values of each law in the order of the figures.
+    /// Returns figures at a speed or on a course, with the values of each law in the order of the figures.
     pub fn filled(figures: &[Self], at: &str, laws: &[Vec<f64>]) -> Vec<Self> {
         let values = |i: usize| laws.iter().map(|law| law[i]).collect();
         let each = figures.iter().enumerate();
         each.map(|(i, figure)| Self { at: at.into(), values: values(i), ..figure.clone() }).collect()
     }
 
-    /// Name, speed, values, and the outcome against each law but the first.
+    /// Returns name, speed, values, and the outcome against each law but the first.
     pub fn row(&self) -> Vec<String> {
         let cells = self.values.iter().map(|v| match v {
             v if v.is_nan() => "-".into(),
@@ -52,7 +52,7 @@ impl Line {
         [self.name.clone(), self.at.clone()].into_iter().chain(cells).chain(outcomes).collect()
     }
 
-    /// The outcome of the first law against another; empty if the two are not compared.
+    /// Returns the outcome of the first law against another; empty if the two are not compared.
     fn outcome(&self, other: usize) -> &'static str {
         let (ours, other) = (self.values[0], self.values[other]);
         let gain = if self.largest { ours - other } else { other - ours };
@@ -66,7 +66,7 @@ impl Line {
     }
 }
 
-/// How many rows the design wins, draws and loses against another law, in words.
+/// Returns the numbers of rows that the design wins, draws and loses against another law, as text.
 pub(crate) fn score(lines: &[Line], other: usize, against: &str) -> String {
     let count = |outcome: &str| lines.iter().filter(|line| line.outcome(other) == outcome).count();
     let [won, drawn, lost] = [WON, DRAWN, LOST].map(count);

@@ -1,4 +1,4 @@
-//! The fraction of the declared uncertainty that a law survives in simulation.
+//! Fraction of the declared uncertainty that a law survives in simulation.
 
 use crate::error::Error;
 use crate::peers::course::slowness;
@@ -10,23 +10,23 @@ use squid_design::uncertain::trim::{blocks, random_corners, retrim};
 use squid_design::uncertain::vehicle::gains;
 use squid_flight::flight::Variations;
 
-/// Time of the step (s), when the transient from the nominal vehicle's trim has settled.
+/// Time of the step (s), after the transient from the nominal vehicle's trim.
 const STEP_TIME: f64 = 15.0;
 /// End of the flight (s).
 const END: f64 = 40.0;
-/// A vehicle is lost if its final error is above this fraction of the step.
+/// Largest final error of a surviving vehicle, as a fraction of the step.
 const LOST: f64 = 0.1;
-/// Random points of the box, in addition to its vertices.
+/// Number of random points of the box, in addition to its vertices.
 const POINTS: usize = 10;
 
 /// Vehicles in the declared box, with the gains of their actuators.
 pub type Fleet = Vec<(Vehicle, Vec<f64>)>;
 
-/// Vehicles at the vertices with all coefficients or all but one at one end, at as many random vertices, and at random
-/// points of the box, for a speed (m/s). Vehicles without a trim are left out; empty without declared uncertainty.
+/// Returns vehicles at the vertices with all coefficients or all but one at one end, at as many random vertices, and at
+/// random points of the box, for a speed (m/s). Vehicles without a trim are omitted; empty if nothing is uncertain.
 ///
 /// # Errors
-/// The errors of the trim; [`UncertainError::Corner`].
+/// Errors of the trim; [`UncertainError::Corner`].
 pub fn fleet(subject: &Subject, speed: f64) -> Result<Fleet, Error> {
     let inputs = subject.inputs;
     if !inputs.is_uncertain() {
@@ -58,12 +58,12 @@ pub fn fleet(subject: &Subject, speed: f64) -> Result<Fleet, Error> {
 /// Number of binary digits of a random number.
 const DIGITS: u64 = 24;
 
-/// The survival of a fleet.
+/// Survival of a fleet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Survival {
-    /// The fraction that survived.
+    /// Fraction that survived.
     pub share: f64,
-    /// The largest overshoot of a survivor, relative to the step.
+    /// Largest overshoot of a survivor, relative to the step.
     pub overshoot: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The effect of a current and of sensor noise on the loop; [`sea`] is about the sea of a file.
+//! Effect of a current and of sensor noise on the loop; [`sea`] contains the effect of the sea of a file.
 
 pub(crate) mod sea;
 pub(crate) mod working_sea;
@@ -22,14 +22,14 @@ use std::f64::consts::PI;
 
 /// Start of the horizontal current (s).
 const FORWARD_TIME: f64 = 16.0;
-/// Frequencies per decade of the responses to noise, from 10^-2 rad/s.
+/// Lowest power of ten (rad/s), and number per decade, of the frequencies of the responses to noise.
 const LOWEST: i32 = -2;
 const IN_A_DECADE: i32 = 40;
 
-/// The section on a step of the current, and on noise.
+/// Returns the section on a step of the current, and on noise.
 ///
 /// # Errors
-/// As [`fly_varied`], and the errors of freezing and sampling the controller.
+/// Errors of [`fly_varied`], and of freezing and sampling the controller.
 pub fn disturbances(subject: &Subject) -> Result<Vec<Part>, Error> {
     let flown =
         subject.speeds.iter().map(|v| in_current(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
@@ -59,7 +59,7 @@ fn in_current(subject: &Subject, speed: f64) -> Result<Flight, Error> {
     Ok(fly_varied(vehicle, controller, inputs.design.level(), &level, &variations)?)
 }
 
-/// The commands due to the noise of each sensor, relative to their reach, over frequency.
+/// Plots the gain from the noise of each sensor to the commands, relative to their reach, over frequency.
 fn noise(subject: &Subject) -> Result<Figure, Error> {
     let design = &subject.inputs.design;
     let sensors = design.fed_back();
@@ -96,11 +96,11 @@ fn noise(subject: &Subject) -> Result<Figure, Error> {
     })
 }
 
-/// The system from the sensor noise, the last inputs of the controller, to the commands.
+/// Returns the system from the sensor noise, the last inputs of the controller, to the commands.
 fn noisy(subject: &Subject, l: &Linearisation, sensors: usize) -> Result<StateSpace, Error> {
     let sampling = subject.sampling();
     let k = trapezoidal(&subject.frozen(&subject.controller, l)?, sampling.sample_time)?;
-    let whole = sampling.held(l).injected(&k);
-    let (inputs, outputs, m) = (whole.b.ncols(), whole.c.nrows(), sampling.actuators.len());
-    Ok(whole.parts(outputs - m..outputs, inputs - m - sensors..inputs - m))
+    let closed = sampling.held(l).injected(&k);
+    let (inputs, outputs, m) = (closed.b.ncols(), closed.c.nrows(), sampling.actuators.len());
+    Ok(closed.parts(outputs - m..outputs, inputs - m - sensors..inputs - m))
 }

@@ -1,4 +1,4 @@
-//! What references are limited to over speed, and what the default flight asks.
+//! Limits of the references over speed, and the commands of the default flight.
 
 use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, Table, known, percent, tidy};
@@ -9,18 +9,18 @@ use squid_scheduled::{Autopilot, OverSpeed, Trim};
 /// Indices of the keys of the figure.
 const END: usize = 0;
 const LEVEL: usize = 1;
-const ASKED: usize = 2;
+const COMMANDED: usize = 2;
 
-/// A rate of the reference of speed that is this many times its limits is that of a step, and is not drawn.
+/// Ratio of the rate of the speed reference to its limits from which it belongs to a step and is not plotted.
 const STEP: f64 = 8.0;
 
-/// A step that is limited by less, relative to itself, is not limited.
+/// Largest relative reduction of a step that counts as rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The section on what references may ask; empty for a controller that limits the speed to its range alone.
+/// Returns the section on the limits of the references; empty for a controller that limits only the speed to its range.
 ///
 /// # Errors
-/// The errors of the trims.
+/// Errors of the trims.
 pub fn envelope(subject: &Subject) -> Result<Vec<Part>, Error> {
     let envelope = Envelope::new(subject)?;
     let charts = [envelope.pitch(), envelope.rate(DEPTH), envelope.rate(SPEED)];
@@ -44,46 +44,47 @@ pub fn envelope(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok([Part::Words(envelope.words()), Part::Figure(figure)].into_iter().chain(tables).collect())
 }
 
-/// The limits of the references of a controller.
+/// Limits of the references of a controller.
 pub struct Envelope<'a> {
     subject: &'a Subject<'a>,
     trims: Trim,
 }
 
 impl<'a> Envelope<'a> {
-    /// Those of the stored controller.
+    /// Returns the limits of the stored controller.
     ///
     /// # Errors
-    /// [`Error::Design`] of an invalid controller.
+    /// [`Error::Design`] for an invalid controller.
     pub fn new(subject: &'a Subject<'a>) -> Result<Self, Error> {
         Ok(Self { subject, trims: Autopilot::new(&subject.stored.controller)?.trim().clone() })
     }
 
-    /// Over the trim table, the limits of a pitch, or of the rate of a depth or speed.
+    /// Returns the limits of pitch, or of the rate of depth or speed, over the trim table.
     fn limits(&self, index: usize) -> Option<&[OverSpeed; 2]> {
         let limits = self.subject.stored.controller.envelope.get(SIGNALS[index].name)?;
         if index == PITCH { limits.range.as_ref() } else { limits.rate.as_ref() }
     }
 
-    /// Pitch in level flight, and the ways from there to the limits of its reference (rad), at a speed (m/s).
-    fn ways(&self, speed: f64) -> Option<(f64, [f64; 2])> {
+    /// Returns the pitch in level flight, and the distances from it to the limits of its reference (rad), at a speed
+    /// (m/s).
+    fn distances(&self, speed: f64) -> Option<(f64, [f64; 2])> {
         let forward = self.trims.forward_speed(speed);
         let level = self.trims.signal(forward, PITCH, 0.0);
         let [least, most] = self.limits(PITCH)?;
         Some((level, [least, most].map(|end| self.trims.over(forward, end) - level)))
     }
 
-    /// The step of the stepped output that the controller follows when one of a height (rad or m) is asked in level
-    /// flight at a speed (m/s). The limits of a depth are those of its rate.
+    /// Returns the step of the stepped output that the controller follows when a step of a height (rad or m) is
+    /// commanded in level flight at a speed (m/s). Depth is limited in rate only.
     pub fn used(&self, speed: f64, height: f64) -> f64 {
         let steps_in_pitch = self.subject.step().index == PITCH;
-        let Some((_, [down, up])) = self.ways(speed).filter(|_| steps_in_pitch) else { return height };
+        let Some((_, [down, up])) = self.distances(speed).filter(|_| steps_in_pitch) else { return height };
         let used = height.max(down).min(up);
         if (used - height).abs() > ROUNDING * height.abs() { used } else { height }
     }
 
-    /// What the controller makes of steps of the stepped output, each at a speed (m/s) and of a height (rad or m), as a
-    /// sentence with a space before it; empty if it follows them as they are.
+    /// Returns a sentence, with a leading space, on how the controller limits steps of the stepped output, each at a
+    /// speed (m/s) and of a height (rad or m); empty if it does not limit them.
     pub fn remark(&self, steps: impl Iterator<Item = (f64, f64)>) -> String {
         let step = self.subject.step();
         if step.index == DEPTH && self.limits(DEPTH).is_some() {
@@ -102,15 +103,15 @@ impl<'a> Envelope<'a> {
         format!(" The autopilot limits the reference to the envelope: {}.", limited.join(", "))
     }
 
-    /// The times (s) of the ticks of the default flight, and its speed V along the path then, m/s.
+    /// Returns the times (s) of the ticks of the default flight, and its speed V along the path at each, m/s.
     fn flight(&self) -> impl Iterator<Item = (f64, f64)> {
         let (manoeuvre, tick) = (&self.subject.stored.manoeuvre, self.subject.inputs.design.sample_time);
         let ticks = (manoeuvre.duration / tick).round() as u32;
         (0..=ticks).map(move |k| f64::from(k) * tick).map(|time| (time, manoeuvre.speed_reference(time)))
     }
 
-    /// The step of pitch that the default flight asks at a time (s), rad.
-    fn asked(&self, time: f64) -> f64 {
+    /// Returns the pitch step that the default flight commands at a time (s), rad.
+    fn commanded(&self, time: f64) -> f64 {
         self.subject.stored.manoeuvre.above_trim(time, SIGNALS[PITCH].name)
     }
 
@@ -128,12 +129,13 @@ impl<'a> Envelope<'a> {
         let factor = 1f64.to_degrees();
         let mut curves = self.ends(PITCH, factor)?;
         let controller = &self.subject.stored.controller;
-        let level = |speed: &f64| (*speed, factor * self.ways(*speed).map_or(f64::NAN, |(level, _)| level));
+        let level =
+            |speed: &f64| (*speed, factor * self.distances(*speed).map_or(f64::NAN, |(level, _)| level));
         curves.push(Curve { key: LEVEL, points: controller.trim.speed.iter().map(level).collect() });
-        let asked = self
-            .flight()
-            .filter_map(|(time, speed)| Some((speed, factor * (self.ways(speed)?.0 + self.asked(time)))));
-        curves.push(Curve { key: ASKED, points: asked.collect() });
+        let asked = self.flight().filter_map(|(time, speed)| {
+            Some((speed, factor * (self.distances(speed)?.0 + self.commanded(time))))
+        });
+        curves.push(Curve { key: COMMANDED, points: asked.collect() });
         Some(Chart::over_speed("pitch (deg)", curves))
     }
 
@@ -148,15 +150,15 @@ impl<'a> Envelope<'a> {
         let forward = |speed: f64| self.trims.forward_speed(speed);
         let rates = speeds.windows(2).map(|pair| (pair[1], (forward(pair[1]) - forward(pair[0])) / tick));
         let points: Vec<(f64, f64)> = rates.filter(|(_, rate)| rate.abs() < STEP * most).collect();
-        curves.push(Curve { key: ASKED, points });
+        curves.push(Curve { key: COMMANDED, points });
         Some(Chart::over_speed("rate of speed (m/s^2)", curves))
     }
 
     fn words(&self) -> String {
         let asked = &self.subject.inputs.design.envelope;
         let part = |(time, speed): (f64, f64)| {
-            let (_, [down, up]) = self.ways(speed)?;
-            let step = self.asked(time);
+            let (_, [down, up]) = self.distances(speed)?;
+            let step = self.commanded(time);
             Some((if step < 0.0 { step / down } else { step / up }, speed)).filter(|_| step != 0.0)
         };
         let most = self.flight().filter_map(part).max_by(|a, b| a.0.total_cmp(&b.0));
@@ -194,7 +196,7 @@ impl<'a> Envelope<'a> {
                     .into(),
             ),
         ];
-        let of = of.into_iter().filter(|(place, _)| self.limits(*place).is_some()).map(|(_, words)| words);
+        let of = of.into_iter().filter(|(index, _)| self.limits(*index).is_some()).map(|(_, words)| words);
         format!(
             "The autopilot limits references to an envelope: {}. \
              Every claim is about the references as they are used.{margin}",
@@ -203,15 +205,15 @@ impl<'a> Envelope<'a> {
     }
 }
 
-/// The ends at the speeds of the report, computed again, and what limits them.
+/// Returns the table of the ends of the envelope at the speeds of the report, computed again, and their limiting cause.
 fn ends(subject: &Subject, index: usize) -> Result<Table, Error> {
     let mut table = Table::new(["speed (m/s)", "", "pitch (deg)", "path (deg)", "limited by"]);
     table.head[1] = format!("limit of {}", SIGNALS[index].name);
     let found = subject.inputs.axis().ends(&subject.speeds, index == DEPTH)?;
     for (speed, ends) in subject.speeds.iter().zip(found) {
-        for (end, way) in ends.into_iter().zip(["nose down", "nose up"]) {
+        for (end, direction) in ends.into_iter().zip(["nose down", "nose up"]) {
             let [pitch, path] = [end.pitch, end.path].map(|angle| known(angle.to_degrees(), 1));
-            table.rows.push(vec![format!("{speed:.2}"), way.into(), pitch, path, end.limited_by]);
+            table.rows.push(vec![format!("{speed:.2}"), direction.into(), pitch, path, end.limited_by]);
         }
     }
     Ok(table)
@@ -231,10 +233,10 @@ mod tests {
         words.cloned().collect()
     }
 
-    /// The committed design of Squid: the figure has the frozen limits and the step of the default flight. With limits
-    /// of 5 deg from level, it is said that its reference is limited.
+    /// The figure of the committed design of Squid has the frozen limits and the step of the default flight. Limits of
+    /// 5 deg from level are reported to limit its reference.
     #[test]
-    fn limits_and_default_flight_are_drawn_and_limited_steps_are_said() {
+    fn plots_limits_and_default_flight_and_reports_limited_steps() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
         let inputs = Inputs::read(&folder, "design").unwrap();
         let mut stored = load(&folder.join("frozen"), &inputs).unwrap();
@@ -250,7 +252,7 @@ mod tests {
         let level = trims.signal(trims.forward_speed(stored.manoeuvre.speed_to), PITCH, 0.0).to_degrees();
         let [_, most] = stored.controller.envelope["pitch"].range.clone().unwrap();
         assert!((largest(END) - most.at(0).to_degrees()).abs() < 1e-9, "{}", largest(END));
-        assert!((largest(ASKED) - level - 10.0).abs() < 1e-9, "{}", largest(ASKED));
+        assert!((largest(COMMANDED) - level - 10.0).abs() < 1e-9, "{}", largest(COMMANDED));
         assert!(words(&parts).contains("asks for up to 33 % of the way"), "{}", words(&parts));
         let Part::Table(ends) = &parts[2] else { panic!("{parts:?}") };
         assert!(
@@ -265,8 +267,8 @@ mod tests {
         let subject = Subject::new(&inputs, &stored, &progress).unwrap();
         let used = Envelope::new(&subject).unwrap().used(1.3, 0.2);
         assert!((used.to_degrees() - 5.0).abs() < 1e-9, "{used}");
-        let said = words(&envelope(&subject).unwrap());
-        assert!(said.contains("asks for up to 200 % of the way"), "{said}");
-        assert!(said.ends_with("there the reference is limited."), "{said}");
+        let text = words(&envelope(&subject).unwrap());
+        assert!(text.contains("asks for up to 200 % of the way"), "{text}");
+        assert!(text.ends_with("there the reference is limited."), "{text}");
     }
 }

@@ -1,4 +1,4 @@
-//! The polynomials in speed compared with the true linearisations.
+//! Comparison of the polynomials in speed with the true linearisations.
 
 use crate::error::Error;
 use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table, extent};
@@ -13,7 +13,7 @@ use squid_lpv::matrix::{Mat, eigenvalues};
 use squid_lpv::polynomial::MatrixPolynomial;
 use squid_signals::States;
 
-/// The compared orders.
+/// Compared orders.
 const ORDERS: [usize; 2] = [1, 2];
 /// Units of the entries: those of the derivatives of [`STATES`] over those of the columns.
 const UNITS: [[&str; STATES.len()]; STATES.len()] = [
@@ -23,10 +23,10 @@ const UNITS: [[&str; STATES.len()]; STATES.len()] = [
     ["1/m", "1/m", "1", "1/s", "1/(m s)"],
     ["1", "1", "m", "m/s", "1/s"],
 ];
-/// An entry that varies by less than this fraction of the largest entry is not drawn.
+/// Smallest variation of a plotted entry, as a fraction of the largest entry.
 const VARIES: f64 = 1e-4;
 
-/// The drawn orders: [`ORDERS`], and that of the design.
+/// Returns the plotted orders: [`ORDERS`], and that of the design.
 fn orders(subject: &Subject) -> Vec<usize> {
     let own = subject.inputs.design.order;
     ORDERS.into_iter().chain((!ORDERS.contains(&own)).then_some(own)).collect()
@@ -49,7 +49,7 @@ fn fits(subject: &Subject) -> Result<Vec<MatrixPolynomial>, Error> {
     Ok(orders(subject).into_iter().map(fit).collect::<Result<_, _>>()?)
 }
 
-/// The section on the entries of A over speed, linearised and fitted.
+/// Returns the section on the entries of A over speed, linearised and fitted.
 ///
 /// # Errors
 /// [`ModelError::System`](squid_design::error::ModelError::System) if there are too few speeds.
@@ -92,15 +92,15 @@ fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Ch
     Chart::over_speed(format!("{rate}' per {state} ({})", UNITS[first + i][first + j]), curves)
 }
 
-/// The section on frequency responses from an actuator to pitch, linearised and fitted.
+/// Returns the section on frequency responses from an actuator to pitch or heading, linearised and fitted.
 ///
 /// # Errors
-/// As [`entries`].
+/// Errors of [`entries`].
 pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     let fits = fits(subject)?;
     let (input, actuator) = subject.turning_actuator();
     let angle = frequency::angle(subject.inputs.design.states).name;
-    // Degrees of pitch per newton or per degree of deflection.
+    // The unit is degrees of the angle per newton or per degree of deflection.
     let per_unit = if actuator.unit() == "rad" { 1f64.to_radians() } else { 1.0 };
     let (mut charts, mut phases) = (Vec::new(), Vec::new());
     for at in [0, subject.truth.len() / 2, subject.truth.len() - 1] {
@@ -117,7 +117,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
             g.arg().to_degrees()
         }));
     }
-    // In rows of three, with the phase below the magnitude.
+    // Charts are in rows of three, with the phase below the magnitude.
     charts.append(&mut phases);
     let errors =
         frequency::errors(&subject.inputs.vehicle.actuators, &subject.inputs.design.tracked, &subject.model);
@@ -153,10 +153,10 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(parts)
 }
 
-/// The poles published by the source of the coefficients, and those computed from the coefficients.
+/// Compares the poles published by the source of the coefficients with those computed from the coefficients.
 ///
 /// # Errors
-/// The errors of trim and linearisation.
+/// Errors of trim and linearisation.
 fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(printed) = &subject.inputs.vehicle.published_linear_model else { return Ok(vec![]) };
     let computed = subject.inputs.axis().linearise(printed.speed)?;
@@ -178,7 +178,7 @@ fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(vec![Part::Words(words), Part::Table(table)])
 }
 
-/// Poles in words; a complex pair is listed once.
+/// Returns poles as text; a complex pair is listed once.
 fn poles(all: &[Complex<f64>]) -> String {
     let one = |p: &Complex<f64>| match p.im {
         0.0 => format!("{:.3}", p.re),
@@ -189,7 +189,7 @@ fn poles(all: &[Complex<f64>]) -> String {
     upper.into_iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// The errors of each channel.
+/// Returns the table of the errors of each channel.
 fn channels(subject: &Subject, errors: &[frequency::Errors]) -> Table {
     let mut table = Table::new(["channel"]);
     table.head.extend(errors.iter().map(|e| format!("largest error of the response, order {}, %", e.order)));
@@ -237,8 +237,7 @@ pub fn unwrap(points: &mut [(f64, f64)]) {
 mod tests {
     use super::*;
 
-    /// The poles published for REMUS are compared with those computed from its coefficients; a vehicle without
-    /// published poles has no such part.
+    /// A complex pair of poles is one entry.
     #[test]
     fn poles_are_listed_in_pairs() {
         let c = Complex::new;

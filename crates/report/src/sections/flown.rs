@@ -1,4 +1,4 @@
-//! The flying loop, frozen at a speed: margins, steps, a gust and noise.
+//! Sampled loop as flown, frozen at a speed: margins, steps, a gust and noise.
 
 use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, Table};
@@ -9,19 +9,19 @@ use squid_design::check::margins::Margins;
 use squid_design::numbers::readable;
 use squid_design::verdict::frozen::AtSpeed;
 
-/// A row of the table.
+/// Row of the table.
 struct Row {
     name: String,
     decimals: usize,
-    /// Whether the smallest is the worst.
+    /// `true` if the smallest value is the worst.
     least: bool,
     of: Box<dyn Fn(&Flown) -> f64>,
 }
 
-/// The section on the flying loops, frozen at speeds.
+/// Returns the section on the loops as flown, frozen at speeds.
 ///
 /// # Errors
-/// The errors of trim, linearisation and freezing.
+/// Errors of trim, linearisation and freezing.
 pub fn flown(subject: &Subject) -> Result<Vec<Part>, Error> {
     let frozen = &subject.verdict()?.found.frozen;
     let speeds: Vec<f64> = frozen.iter().map(|at| at.speed).collect();
@@ -36,7 +36,7 @@ pub fn flown(subject: &Subject) -> Result<Vec<Part>, Error> {
         let values: Vec<f64> = found.iter().map(|f| f.map_or(f64::NAN, &line.of)).collect();
         let text = |v: f64| number(v, line.decimals);
         let worse = |a: &f64, b: &f64| if line.least { b.total_cmp(a) } else { a.total_cmp(b) };
-        // NaN is worst.
+        // An unknown value counts as the worst.
         let unknown = values.iter().position(|v| v.is_nan());
         let worst = unknown.or_else(|| (0..values.len()).max_by(|i, j| worse(&values[*i], &values[*j])));
         let mut row = vec![line.name];
@@ -51,7 +51,7 @@ pub fn flown(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(figures.into_iter().chain([Part::Table(table), Part::Words(words(subject))]).collect())
 }
 
-/// A figure at each speed at which the loop is stable.
+/// Returns the curve of a figure over the speeds at which the loop is stable.
 fn curve(frozen: &[AtSpeed], key: usize, of: &dyn Fn(&Flown) -> f64) -> Curve {
     let points = frozen.iter().filter_map(|at| Some((at.speed, of(at.flown.as_ref()?))));
     Curve { key, points: points.collect() }
@@ -61,7 +61,7 @@ fn keys(names: &[&str]) -> Vec<Key> {
     names.iter().enumerate().map(|(i, name)| Key::coloured(i, *name)).collect()
 }
 
-/// The smallest margins over speed, with their requirements.
+/// Plots the smallest margins over speed, with their requirements.
 fn margins(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
     let mut keys = keys(&[
         "phase margin",
@@ -75,12 +75,12 @@ fn margins(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
     let limits = keys.len();
     keys.push(Key::reference("required"));
     let design = &subject.inputs.design;
-    let asked = |key: &&str| {
+    let limit_curve = |key: &&str| {
         let limit = design.require.limit(key)?;
         Some(Curve { key: limits, points: [design.speed_min, design.speed_max].map(|v| (v, limit)).into() })
     };
     let with = |curves: [Curve; 2], required: &[&str]| -> Vec<Curve> {
-        curves.into_iter().chain(required.iter().filter_map(asked)).collect()
+        curves.into_iter().chain(required.iter().filter_map(limit_curve)).collect()
     };
     let least = |f: &Flown, of: fn(&Margins) -> f64| f.margins().map(of).fold(f64::INFINITY, f64::min);
     let decibels = |factor: f64| 20.0 * factor.log10();
@@ -110,10 +110,10 @@ fn margins(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
     }
 }
 
-/// The noise in each command over speed.
+/// Plots the noise in each command over speed.
 fn noise(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
     let actuators = &subject.inputs.vehicle.actuators;
-    // Dashed, since curves of paired actuators coincide.
+    // Dashes distinguish the coincident curves of paired actuators.
     let keys = actuators.iter().enumerate().map(|(j, a)| Key::nth(j, a.name.as_str())).collect();
     let rms = |(j, a): (usize, &Actuator)| curve(frozen, j, &|f| 100.0 * f.noise_rms[j] / a.reach());
     let curves = actuators.iter().enumerate().map(rms).collect();

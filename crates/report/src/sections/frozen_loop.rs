@@ -1,5 +1,5 @@
-//! The linear loop at a frozen speed: true linearisation and frozen controller, sampled as in flight or in continuous
-//! time as in the synthesis.
+//! Linear loop at a frozen speed: true linearisation and frozen controller, sampled as in flight or in continuous time
+//! as in the synthesis.
 
 use crate::error::Error;
 use crate::subject::Subject;
@@ -12,19 +12,19 @@ use squid_lpv::state_space::StateSpace;
 use squid_lpv::weights::ReferenceModel;
 use std::f64::consts::PI;
 
-/// Approximate time between the points of a drawn response (s).
+/// Approximate time between the points of a plotted response (s).
 const INTERVAL: f64 = 0.02;
 
-/// The loop from the references to the tracked outputs and the controls, all in units of their scales.
+/// Loop from the references to the tracked outputs and the controls, all in units of their scales.
 #[derive(Debug, Clone)]
 pub struct FrozenLoop {
     system: StateSpace,
     tracked: usize,
     /// T_ref of each tracked output, if it has a reference model.
     models: Vec<Option<ReferenceModel>>,
-    /// The sensitivity at the measurement of each tracked output.
+    /// Sensitivity at the measurement of each tracked output.
     sensitivities: Vec<Option<StateSpace>>,
-    /// The sample time (s) of a discrete-time loop; `None` in continuous time.
+    /// Sample time (s) of a discrete-time loop; `None` in continuous time.
     sample_time: Option<f64>,
 }
 
@@ -42,10 +42,11 @@ impl FrozenLoop {
         Ok(Self::of(subject, &subject.sampling().ideal(l), &subject.frozen(controller, l)?, None))
     }
 
-    /// The loop as it flies: a sampled controller, held commands, and actuators with their lags.
+    /// Closes the loop as flown: a sampled controller, held commands, and actuators with their lags.
     ///
     /// # Errors
-    /// As [`Self::ideal`]; [`CertifyError::ModeAtTwiceTheRate`](squid_design::error::CertifyError::ModeAtTwiceTheRate).
+    /// Errors of [`Self::ideal`];
+    /// [`CertifyError::ModeAtTwiceTheRate`](squid_design::error::CertifyError::ModeAtTwiceTheRate).
     pub fn flying(subject: &Subject, controller: &Controller, l: &Linearisation) -> Result<Self, Error> {
         let tick = subject.inputs.design.sample_time;
         let sampled = trapezoidal(&subject.frozen(controller, l)?, tick)?;
@@ -64,7 +65,7 @@ impl FrozenLoop {
         }
     }
 
-    /// s or z at a frequency (rad/s).
+    /// Returns s or z at a frequency (rad/s).
     fn at(&self, omega: f64) -> Complex<f64> {
         let s = Complex::new(0.0, omega);
         self.sample_time.map_or(s, |t| (s * t).exp())
@@ -74,37 +75,37 @@ impl FrozenLoop {
         self.system.response(self.at(omega))
     }
 
-    /// The highest frequency (rad/s) of a response: the Nyquist frequency.
+    /// Returns the highest frequency (rad/s) of a response: the Nyquist frequency, or infinity in continuous time.
     pub fn highest(&self) -> f64 {
         self.sample_time.map_or(f64::INFINITY, |t| PI / t)
     }
 
-    /// T of one tracked output at a frequency (rad/s); `None` at a pole.
+    /// Returns T of one tracked output at a frequency (rad/s); `None` at a pole.
     pub fn closed(&self, i: usize, omega: f64) -> Option<Complex<f64>> {
         Some(self.response(omega)?[(i, i)])
     }
 
-    /// `L = 1/S - 1` at the measurement of one tracked output at a frequency (rad/s); `None` at a pole or if the output
-    /// is not measured.
+    /// Returns `L = 1/S - 1` at the measurement of one tracked output at a frequency (rad/s); `None` at a pole or if
+    /// the output is not measured.
     pub fn open(&self, i: usize, omega: f64) -> Option<Complex<f64>> {
         let s = self.sensitivities[i].as_ref()?.response(self.at(omega))?[(0, 0)];
         Some(1.0 / s - 1.0)
     }
 
-    /// |T| of one tracked output at a frequency (rad/s); NaN at a pole.
+    /// Returns |T| of one tracked output at a frequency (rad/s); NaN at a pole.
     pub fn tracking(&self, i: usize, omega: f64) -> f64 {
         self.closed(i, omega).map_or(f64::NAN, |t| t.norm())
     }
 
-    /// `|T_ref - T|` of one tracked output at a frequency (rad/s), with T_ref = 1 without a reference model; NaN at a
-    /// pole.
+    /// Returns `|T_ref - T|` of one tracked output at a frequency (rad/s), with T_ref = 1 without a reference model;
+    /// NaN at a pole.
     pub fn error(&self, i: usize, omega: f64) -> f64 {
-        let wanted = self.models[i].map_or(Complex::new(1.0, 0.0), |model| model.response(omega));
-        self.response(omega).map_or(f64::NAN, |g| (wanted - g[(i, i)]).norm())
+        let reference = self.models[i].map_or(Complex::new(1.0, 0.0), |model| model.response(omega));
+        self.response(omega).map_or(f64::NAN, |g| (reference - g[(i, i)]).norm())
     }
 
-    /// The largest |S| at the measurement of one tracked output over all frequencies; infinite for an unstable loop,
-    /// NaN if a mode is at the Nyquist frequency or the output is not measured.
+    /// Returns the largest |S| at the measurement of one tracked output over all frequencies; infinite for an unstable
+    /// loop, NaN if a mode is at the Nyquist frequency or the output is not measured.
     ///
     /// A sampled loop is transformed to continuous time, see [`StateSpace::from_circle_to_axis`].
     pub fn peak(&self, i: usize) -> f64 {
@@ -116,8 +117,8 @@ impl FrozenLoop {
         continuous.map_or(f64::NAN, |s| s.hinf_norm().value)
     }
 
-    /// The largest singular value from all references to all controls, each times its relative weight, at a frequency
-    /// (rad/s).
+    /// Returns the largest singular value from all references to all controls, each times its relative weight, at a
+    /// frequency (rad/s).
     pub fn control(&self, relative: &[f64], omega: f64) -> f64 {
         let largest = |g: DMatrix<Complex<f64>>| {
             let mut controls = g.rows(self.tracked, g.nrows() - self.tracked).into_owned();
@@ -129,8 +130,8 @@ impl FrozenLoop {
         self.response(omega).map_or(f64::NAN, largest)
     }
 
-    /// The bandwidth of one tracked output: the highest frequency (rad/s) at which |T| is 1/sqrt(2); NaN if there
-    /// is none from 0.001 to 1000 rad/s or [`Self::highest`].
+    /// Returns the bandwidth of one tracked output: the highest frequency (rad/s) at which |T| is 1/sqrt(2); NaN if
+    /// there is none from 0.001 to 1000 rad/s or [`Self::highest`].
     ///
     /// Source: S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, section 2.4.5.
     pub fn bandwidth(&self, i: usize) -> f64 {
@@ -150,9 +151,9 @@ impl FrozenLoop {
         10f64.powf(0.5 * (low + high))
     }
 
-    /// The response of one tracked output to a unit impulse of its reference over a time (s), in 1/s; for a sampled
-    /// loop, to a reference of one over the sample time during the first tick. In continuous time it is exact, by the
-    /// matrix exponential.
+    /// Returns the response of one tracked output to a unit impulse of its reference over a time (s), in 1/s; for a
+    /// sampled loop, to a reference of one over the sample time during the first tick. It is exact in continuous time,
+    /// by the matrix exponential.
     pub fn impulse(&self, i: usize, duration: f64) -> Vec<(f64, f64)> {
         let (transition, mut x, interval) = match self.sample_time {
             None => ((&self.system.a * INTERVAL).exp(), self.system.b.column(i).into_owned(), INTERVAL),
@@ -171,8 +172,8 @@ impl FrozenLoop {
         out
     }
 
-    /// The smallest damping ratio of the modes, and the frequency (rad/s) of that mode; a mode z of a sampled loop is
-    /// taken as `ln z / T`.
+    /// Returns the smallest damping ratio of the modes, and the frequency (rad/s) of that mode; a mode z of a sampled
+    /// loop is converted to `ln z / T`.
     pub fn least_damping(&self) -> (f64, f64) {
         let mode = |p: Complex<f64>| self.sample_time.map_or(p, |t| p.ln() / t);
         // A mode that decays within a tick has no meaningful damping ratio.
@@ -183,7 +184,7 @@ impl FrozenLoop {
     }
 }
 
-/// A mode that decays below this fraction in a tick is ignored.
+/// Modulus of a mode z below which it is ignored.
 const GONE: f64 = 1e-2;
 
 #[cfg(test)]
@@ -192,7 +193,7 @@ mod tests {
     use nalgebra::dmatrix;
     use squid_lpv::matrix::Mat;
 
-    /// A loop with one output and error feedback, so that S = 1 - T.
+    /// Returns a loop with one output and error feedback, so that S = 1 - T.
     fn of_first_output(system: StateSpace, sample_time: Option<f64>) -> FrozenLoop {
         let sensitivity = StateSpace {
             a: system.a.clone(),
@@ -211,7 +212,7 @@ mod tests {
 
     /// T = 1/(s + 1), and the control is 2 T: bandwidth 1 rad/s, impulse response exp(-t).
     #[test]
-    fn a_first_order_loop_has_its_closed_forms() {
+    fn first_order_loop_matches_closed_forms() {
         let system =
             StateSpace { a: dmatrix![-1.0], b: dmatrix![1.0], c: dmatrix![1.0; 2.0], d: dmatrix![0.0; 0.0] };
         let one = of_first_output(system, None);
@@ -229,7 +230,7 @@ mod tests {
     /// y+ = a y + (1 - a) r, sampled at 0.5 s: T(z) = (1 - a)/(z - a), one mode ln a / 0.5, the impulse response (1 -
     /// a)/0.5 a^k from the first tick on.
     #[test]
-    fn a_sampled_loop_has_its_closed_forms() {
+    fn sampled_loop_matches_closed_forms() {
         let a: f64 = 0.6;
         let system =
             StateSpace { a: dmatrix![a], b: dmatrix![1.0 - a], c: dmatrix![1.0; 0.0], d: dmatrix![0.0; 0.0] };
@@ -252,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn no_crossing_is_no_bandwidth() {
+    fn bandwidth_without_crossing_is_nan() {
         let system = StateSpace { a: dmatrix![-1.0], b: dmatrix![1.0], c: dmatrix![0.1], d: dmatrix![0.0] };
         assert!(of_first_output(system, None).bandwidth(0).is_nan());
     }

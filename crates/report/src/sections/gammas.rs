@@ -1,4 +1,4 @@
-//! The ladder of gammas: what each assumption about the speed costs.
+//! Gamma under each assumption about the speed.
 
 use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, Table};
@@ -15,13 +15,13 @@ const SAMPLES: usize = 9;
 /// Relative tolerance of each gamma.
 const ACCURACY: f64 = 0.01;
 
-/// The gain at a bounded rate is not computed if its lower and upper bounds are this close, relatively.
+/// Largest relative distance of the bounds of the gain at a bounded rate for which it is not computed.
 const CLOSE: f64 = 0.05;
 
-/// The section on gamma for each assumption on the rate of the speed.
+/// Returns the section on gamma for each assumption on the rate of the speed.
 ///
 /// # Errors
-/// [`Error::Design`], of [`ladder`].
+/// [`Error::Design`] of [`ladder`].
 pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (_, half_range) = subject.inputs.design.scheduling();
     let m = &subject.stored.manoeuvre;
@@ -31,7 +31,7 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     let options = LadderOptions {
         // The gammas at the six speeds are already known.
         thetas: vec![],
-        // Computed below, if its bounds are not close enough.
+        // The gain at a bounded rate is computed below, if its bounds are not close enough.
         rates: vec![],
         samples: SAMPLES,
         rate,
@@ -74,7 +74,7 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(vec![Part::Words(words), Part::Figure(figure(subject, &gammas)), Part::Table(table)])
 }
 
-/// The Lyapunov matrix of the stored certificate, if it claims a gain for an arbitrary rate of the speed.
+/// Returns the Lyapunov matrix of the stored certificate, if it claims a gain for an arbitrary rate of the speed.
 fn lyapunov(subject: &Subject) -> Option<Mat> {
     let text = subject.stored.certificate.as_ref().ok()?;
     let certificate = parse(text, "certificate.json").ok()?;
@@ -84,7 +84,7 @@ fn lyapunov(subject: &Subject) -> Option<Mat> {
     gain.x.as_ref().map(matrix).or_else(factor)
 }
 
-/// The assumptions and their gains; the gain for a bounded acceleration (m/s^2) is given in words.
+/// Returns the assumptions and their gains; `slow` is the gain for a bounded acceleration (m/s^2) as text.
 fn rungs(subject: &Subject, found: &Ladder, acceleration: f64, slow: String) -> Vec<(String, String)> {
     let alone = subject.alone().iter().filter_map(|design| Some(design.as_ref().ok()?.gamma_optimum));
     let number = |gamma: Option<f64>| gamma.map_or_else(|| "unknown".to_owned(), |g| format!("{g:.4}"));

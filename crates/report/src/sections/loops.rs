@@ -1,4 +1,4 @@
-//! The open and the closed loop over frequency, at the measurement of each tracked output.
+//! Open and closed loop over frequency, at the measurement of each tracked output.
 
 use crate::error::Error;
 use crate::page::{Axis, Chart, Curve, Figure, Key, Part};
@@ -8,18 +8,18 @@ use crate::subject::Subject;
 use nalgebra::Complex;
 use std::f64::consts::TAU;
 
-/// Frequencies per decade, from 10^-2 rad/s.
+/// Lowest power of ten (rad/s), and number per decade, of the frequencies.
 const LOWEST: i32 = -2;
 const IN_A_DECADE: i32 = 60;
 /// Gain range of the Nichols charts, dB.
 const SHOWN: f64 = 40.0;
-/// Number of points on the edge of a disk.
+/// Number of intervals on the edge of a disk.
 const EDGE: u32 = 180;
 
-/// The section on the open and the closed loop over frequency, at six speeds.
+/// Returns the section on the open and the closed loop over frequency, at six speeds.
 ///
 /// # Errors
-/// As [`FrozenLoop::flying`].
+/// Errors of [`FrozenLoop::flying`].
 pub fn loops(subject: &Subject) -> Result<Vec<Part>, Error> {
     let loops = subject.truth.iter().map(|l| FrozenLoop::flying(subject, &subject.controller, l));
     let loops = loops.collect::<Result<Vec<FrozenLoop>, Error>>()?;
@@ -39,7 +39,7 @@ pub fn loops(subject: &Subject) -> Result<Vec<Part>, Error> {
 
 type Response = Vec<(f64, Complex<f64>)>;
 
-/// A response at each speed.
+/// Returns a response at each speed.
 fn responses(loops: &[FrozenLoop], of: &dyn Fn(&FrozenLoop, f64) -> Option<Complex<f64>>) -> Vec<Response> {
     let omega = |k: i32| 10f64.powf(f64::from(LOWEST) + f64::from(k) / f64::from(IN_A_DECADE));
     let one = |l: &FrozenLoop| {
@@ -53,14 +53,14 @@ fn decibels(g: Complex<f64>) -> f64 {
     20.0 * g.norm().log10()
 }
 
-/// The phase (deg) over frequency without jumps.
+/// Returns the phase (deg) over frequency without jumps.
 fn unwrapped(response: &Response) -> Vec<(f64, f64)> {
     let mut points = response.iter().map(|(omega, g)| (*omega, g.arg().to_degrees())).collect::<Vec<_>>();
     unwrap(&mut points);
     points
 }
 
-/// The phase (deg) over frequency without jumps, from -360 to 0 deg at the gain closest to 1.
+/// Returns the phase (deg) over frequency without jumps, from -360 to 0 deg at the gain closest to 1.
 fn phases(response: &Response) -> Vec<(f64, f64)> {
     let mut points = unwrapped(response);
     let from_one = |k: &usize| response[*k].1.norm().ln().abs();
@@ -118,7 +118,7 @@ fn figure(subject: &Subject, loops: &[FrozenLoop], i: usize, name: &str) -> Figu
     }
 }
 
-/// The edge of the disk `|S - 1/2| = 1/alpha` in a Nichols chart, phase (deg) and gain (dB).
+/// Returns the edge of the disk `|S - 1/2| = 1/alpha` in a Nichols chart, phase (deg) and gain (dB).
 fn disk(alpha: f64) -> Vec<(f64, f64)> {
     let edge =
         (0..=EDGE).map(|k| Complex::from_polar(1.0 / alpha, TAU * f64::from(k) / f64::from(EDGE)) + 0.5);
@@ -130,10 +130,10 @@ fn disk(alpha: f64) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// alpha = 2/3: gains from (2 - alpha)/(2 + alpha) = 1/2 to 2, at a phase of -180 deg; at gain 1 the phase is
-    /// within 2 atan(alpha/2) on both sides.
+    /// The disk with alpha = 2/3 has gains from (2 - alpha)/(2 + alpha) = 1/2 to 2 at a phase of -180 deg; the phase at
+    /// gain 1 is within 2 atan(alpha/2) on both sides.
     #[test]
-    fn a_disk_has_its_gains_and_phases() {
+    fn disk_has_expected_gains_and_phases() {
         let alpha = 2.0 / 3.0;
         let (mut low, mut high, mut side) = (f64::INFINITY, 0f64, 0f64);
         for (phase, gain) in disk(alpha) {
@@ -147,9 +147,9 @@ mod tests {
         assert!((side - expected).abs() < 0.2, "{side} {expected}");
     }
 
-    /// -1/s^2 lags by 180 deg at each frequency, and is not drawn 360 deg away.
+    /// The phase of -1/s^2 is plotted at -180 deg at each frequency, not 360 deg away.
     #[test]
-    fn phases_are_where_a_loop_crosses() {
+    fn phase_branch_follows_gain_crossover() {
         let response = |k: i32| {
             let s = Complex::new(0.0, 10f64.powf(f64::from(k) / 10.0));
             (s.im, (1.0 / (s * s)) * Complex::from_polar(1.0, -0.1 * s.im))

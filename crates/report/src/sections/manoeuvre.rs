@@ -1,4 +1,4 @@
-//! The default manoeuvre: a step during a speed ramp.
+//! Default manoeuvre: a step during a speed ramp.
 
 use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, capital};
@@ -6,10 +6,10 @@ use crate::subject::Subject;
 use squid_auv::longitudinal::{DEPTH, PITCH, SPEED};
 use squid_flight::flight::{Row, fly};
 
-/// The section on the design's manoeuvre: pitch, speed and commands over time.
+/// Returns the section on the design's manoeuvre: pitch or heading, speed and commands over time.
 ///
 /// # Errors
-/// As [`fly`].
+/// Errors of [`fly`].
 pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (inputs, stored) = (subject.inputs, subject.stored);
     let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &stored.manoeuvre)?;

@@ -14,12 +14,12 @@ use worst_gain::PARTS;
 
 /// Number of speeds per panel.
 const IN_A_PANEL: usize = 3;
-/// A parameter with a smaller share in the instability is not listed.
+/// Smallest share in the instability of a listed parameter.
 const NAMED: f64 = 0.1;
-/// The section on mu: bounds for robust stability over frequency, and worst-case gains, at six speeds.
+/// Returns the section on mu: bounds for robust stability over frequency, and worst-case gains, at six speeds.
 ///
 /// # Errors
-/// As [`SpeedMu::new`].
+/// Errors of [`SpeedMu::new`].
 pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (mut found, mut without) = (vec![], vec![]);
     for at in at_all_speeds(subject) {
@@ -57,7 +57,7 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(parts)
 }
 
-/// All speeds, in parallel.
+/// Analyses all speeds in parallel.
 fn at_all_speeds(subject: &Subject) -> Vec<Result<SpeedMu, Error>> {
     in_parallel(subject.speeds.iter(), |speed| {
         let analysis = SpeedMu::new(subject, *speed);
@@ -214,7 +214,7 @@ fn gain_table(found: &[SpeedMu]) -> Table {
     table
 }
 
-/// The parameters with the largest shares, in decreasing order.
+/// Returns the parameters with the largest shares, in decreasing order.
 fn causes(worst: &[Change]) -> String {
     let named = worst.iter().filter(|c| c.share >= NAMED);
     named.map(|c| format!("{} {} ({:.0} %)", c.name, c.by, 100.0 * c.share)).collect::<Vec<_>>().join(", ")
@@ -225,7 +225,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_matters_is_named() {
+    fn lists_only_large_shares() {
         let change = |name: &str, share| Change { name: name.into(), by: "+40 %".into(), share };
         assert_eq!(causes(&[change("M_uw", 0.62), change("Z_w", 0.05)]), "M_uw +40 % (62 %)");
     }

@@ -6,10 +6,10 @@ use crate::subject::Subject;
 use squid_design::numbers::above;
 use squid_design::synthesise::robust::figures::{Frozen, RobustFigures, gain_in_words};
 
-/// The section on the robust and the nominal controller.
+/// Returns the section on the robust and the nominal controller.
 ///
 /// # Errors
-/// As [`squid_design::synthesise::robust::StoredRobust::confirm`]: unproved results are not shown.
+/// Errors of [`squid_design::synthesise::robust::StoredRobust::confirm`]: unproved results are not shown.
 pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(stored) = &subject.stored.robust else {
         let words = if subject.inputs.is_uncertain() {
@@ -88,7 +88,7 @@ fn ladder(figures: &RobustFigures) -> Table {
     table
 }
 
-/// Figures of both controllers over speed, the nominal one first.
+/// Plots figures of both controllers over speed, the nominal one first.
 fn figure(subject: &Subject, figures: &RobustFigures) -> Figure {
     let curve = |which: usize, of: &dyn Fn(&Frozen) -> Option<f64>| Curve {
         key: which,
@@ -128,12 +128,12 @@ fn frozen(figures: &RobustFigures) -> Table {
     table
 }
 
-/// The gain of a vehicle.
+/// Returns the gain of a vehicle as text.
 pub fn vehicle(gain: Option<f64>) -> String {
     gain.map_or_else(|| "none".into(), |gain| format!("{gain:.4}"))
 }
 
-/// A gain from its bounds, (upper, lower), in words: one number if they agree to three decimals.
+/// Returns the bounds of a gain, (upper, lower), as text: one number if they agree to three decimals.
 pub fn between(gain: Option<(f64, f64)>) -> String {
     match gain {
         None => "no bound".into(),

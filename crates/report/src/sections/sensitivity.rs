@@ -1,4 +1,4 @@
-//! The weights compared with the achieved sensitivities and control efforts at six speeds.
+//! Comparison of the weights with the achieved sensitivities and control efforts at six speeds.
 
 use crate::error::Error;
 use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table};
@@ -10,14 +10,14 @@ use squid_design::numbers::above;
 use squid_lpv::controller::Controller;
 use squid_lpv::weights::TrackingWeight;
 
-/// 1/|W_e| at a frequency.
+/// Returns 1/|W_e| at a frequency.
 fn allowed(weight: &TrackingWeight, omega: f64) -> f64 {
     let s = Complex::new(0.0, omega);
     let (below, above) = (s / weight.peak + weight.bandwidth, s + weight.bandwidth * weight.steady_error);
     (above / below).norm()
 }
 
-/// The section on |S| and control effort over frequency against the weights, ideal and as flown.
+/// Returns the section on |S| and control effort over frequency against the weights, ideal and as flown.
 ///
 /// # Errors
 /// [`Error::NothingSteps`], [`ModelError::System`](squid_design::error::ModelError::System).
@@ -61,7 +61,7 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(vec![Part::Figure(figure), Part::Table(table(subject, &Achieved::of(subject)?))])
 }
 
-/// The loop at each of the six speeds.
+/// Returns the loop at each of the six speeds.
 fn all(
     subject: &Subject,
     make: fn(&Subject, &Controller, &Linearisation) -> Result<FrozenLoop, Error>,
@@ -69,16 +69,16 @@ fn all(
     subject.truth.iter().map(|l| make(subject, &subject.controller, l)).collect()
 }
 
-/// A value at each of the six speeds.
+/// Values at each of the six speeds, for both loops.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Both {
-    /// For the loop as it flies.
+    /// Values for the loop as flown.
     pub flying: Vec<f64>,
-    /// For the loop in continuous time.
+    /// Values for the loop in continuous time.
     pub ideal: Vec<f64>,
 }
 
-/// The performance of the loop for the stepped output.
+/// Performance of the loop for the stepped output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Achieved {
     /// Peaks of |S|.
@@ -88,10 +88,10 @@ pub struct Achieved {
 }
 
 impl Achieved {
-    /// The performance of the stored controller.
+    /// Computes the performance of the stored controller.
     ///
     /// # Errors
-    /// As [`sensitivity`].
+    /// Errors of [`sensitivity`].
     pub fn of(subject: &Subject) -> Result<Self, Error> {
         let output = subject.output()?;
         let (flying, ideal) = (all(subject, FrozenLoop::flying)?, all(subject, FrozenLoop::ideal)?);
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_weight_asks_for_its_three_numbers() {
+    fn weight_has_steady_error_and_peak() {
         let weight = TrackingWeight { peak: 2.0, steady_error: 0.01, bandwidth: 0.46 };
         assert!((allowed(&weight, 0.0) - 0.01).abs() < 1e-12);
         assert!((allowed(&weight, 1e6) - 2.0).abs() < 1e-6);

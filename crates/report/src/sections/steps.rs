@@ -1,4 +1,4 @@
-//! Simulated steps of pitch or depth and of speed at six speeds: the tracked outputs, and every actuator.
+//! Simulated steps of the stepped output and of speed at six speeds: the tracked outputs, and every actuator.
 
 pub mod held;
 pub mod limits;
@@ -12,14 +12,14 @@ use squid_auv::longitudinal::SPEED;
 use squid_design::numbers::readable;
 use squid_flight::flight::{Flight, Row, fly};
 
-/// The section on steps of each reference.
+/// Returns the section on steps of each reference.
 ///
 /// # Errors
-/// As [`squid_flight::flight::fly`] and [`Subject::verdict`]; [`Error::NothingSteps`].
+/// Errors of [`squid_flight::flight::fly`] and [`Subject::verdict`]; [`Error::NothingSteps`].
 pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
     subject.output()?;
     let pitched = subject.fly_steps()?;
-    // The axis of heading has the speed from another.
+    // Another axis controls the speed for the axis of heading.
     let faster: &[f64] = if subject.inputs.design.view().is_level_held { &[] } else { &subject.speeds };
     let faster = faster.iter().map(|v| step_speed(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
     let step = subject.step();
@@ -57,27 +57,28 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(parts)
 }
 
-/// The flights that end at the surface, in words.
+/// Returns sentences on the flights that end at the surface.
 fn ends(subject: &Subject, flown: &[Flight], what: &str) -> String {
     let ends = flown.iter().zip(&subject.speeds).filter_map(|(f, v)| Some((v, f.surfacing?)));
     ends.map(|(v, s)| format!(" In the step of {what} at {v:.2} m/s {s}, and the flight ends there."))
         .collect()
 }
 
-/// A step of the speed reference at [`STEP_TIME`].
+/// Simulates a step of the speed reference at [`STEP_TIME`].
 fn step_speed(subject: &Subject, speed: f64) -> Result<Flight, Error> {
     let manoeuvre = speed_stepped(subject, speed, STEP_TIME, FLOWN);
     let (inputs, controller) = (subject.inputs, &subject.stored.controller);
     Ok(fly(&inputs.vehicle, controller, inputs.design.level(), &manoeuvre)?)
 }
 
-/// The smallest range of the axes of pitch (deg) or depth (m), and of speed (m/s); smaller motion is negligible.
+/// Smallest range of the axes of the stepped output (deg or m) and of speed (m/s); smaller motion is negligible.
 const LEAST: [f64; 2] = [0.1, 0.002];
 
-/// A limit is drawn if it extends the axis by at most this factor, so that it does not flatten the commands.
+/// Largest factor by which a plotted limit extends the axis, so that it does not flatten the commands.
 const FLATTER: f64 = 8.0;
 
-/// Pitch or depth, speed, and the command of each actuator with its limits over time (s), with one key per flight.
+/// Plots the stepped output, speed, and the command of each actuator with its limits over time (s), with one key per
+/// flight.
 pub fn figure(subject: &Subject, mut keys: Vec<Key>, flights: &[Flight], until: f64) -> Figure {
     let (references, limits) = (keys.len(), keys.len() + 1);
     keys.push(Key { dash: "7 3", ..Key::reference("reference") });
@@ -118,7 +119,7 @@ pub fn figure(subject: &Subject, mut keys: Vec<Key>, flights: &[Flight], until: 
     Figure { name: String::new(), caption: String::new(), keys, charts }
 }
 
-/// Distinct curves, with a common key.
+/// Returns the distinct curves, with a common key.
 fn different(courses: Vec<Curve>, key: usize) -> Vec<Curve> {
     let mut out: Vec<Curve> = vec![];
     for course in courses {
@@ -129,7 +130,7 @@ fn different(courses: Vec<Curve>, key: usize) -> Vec<Curve> {
     out
 }
 
-/// The limits of an actuator that can be drawn with its commands, and those that would flatten them.
+/// Returns the limits of an actuator that can be plotted with its commands, and those that would flatten them.
 fn limits_near(commands: &[Curve], limits: [f64; 2]) -> (Vec<f64>, Vec<f64>) {
     let (low, high) = extent(commands.iter().flat_map(|curve| &curve.points).map(|p| p.1));
     limits.into_iter().partition(|limit| high.max(*limit) - low.min(*limit) <= FLATTER * (high - low))
@@ -139,9 +140,9 @@ fn limits_near(commands: &[Curve], limits: [f64; 2]) -> (Vec<f64>, Vec<f64>) {
 mod tests {
     use super::*;
 
-    /// With commands from 1 to 2 N, a limit of 8 N is drawn, and one of -30 N is not.
+    /// Commands from 1 to 2 N are plotted with a limit of 8 N, but not with one of -30 N.
     #[test]
-    fn a_limit_far_away_does_not_flatten_the_commands() {
+    fn distant_limits_are_not_plotted() {
         let commands = [Curve { key: 0, points: vec![(0.0, 1.0), (1.0, 2.0)] }];
         assert_eq!(limits_near(&commands, [-30.0, 8.0]), (vec![8.0], vec![-30.0]));
     }

@@ -6,7 +6,7 @@ use crate::page::{Diagram, Part};
 use crate::subject::Subject;
 use squid_lpv::partition::Sizes;
 
-/// The section on the structure of the loop.
+/// Returns the section on the structure of the loop.
 ///
 /// # Errors
 /// None.
@@ -30,7 +30,7 @@ fn text<const N: usize>(lines: [&str; N]) -> Vec<String> {
     lines.map(str::to_owned).into()
 }
 
-/// Plant and controller, each with its copies of the parameter.
+/// Draws plant and controller, each with its copies of the parameter.
 fn scheduled(plant: Sizes, k: Sizes) -> Diagram {
     let caption = "The loop: plant and controller are scheduled on the same speed.".into();
     let mut d = Diagram::new("fig1a-structure", caption, (440, 400));
@@ -52,11 +52,11 @@ fn scheduled(plant: Sizes, k: Sizes) -> Diagram {
     d
 }
 
-/// Distance of a label from its line, and half the width of its letters, in units of the page.
-const BESIDE: (f64, f64) = (8.0, 3.8);
+/// Distance of a label from its line, and half the width of a letter, in units of the page.
+const LABEL: (f64, f64) = (8.0, 3.8);
 
-/// The lines between a box with centre `(x, y)` and a width, and another box with a height and a width: to the right
-/// side of the former, from its left side.
+/// Draws the lines between a box with centre `(x, y)` and a width, and another box at a height with a width: to the
+/// right side of the former, and from its left side.
 fn loop_through(
     d: &mut Diagram,
     (x, y, width): (f64, f64, f64),
@@ -69,13 +69,13 @@ fn loop_through(
     let between = 0.5 * (y + height) + 5.0;
     d.wire(&[(x + far, height), (x + out, height), (x + out, y), (x + near, y)]);
     let words = [to, from].map(|name| format!("{name} ({size})"));
-    let [right, left] = [&words[0], &words[1]].map(|w| out + BESIDE.0 + BESIDE.1 * w.len() as f64);
+    let [right, left] = [&words[0], &words[1]].map(|w| out + LABEL.0 + LABEL.1 * w.len() as f64);
     d.label((x + right, between), &words[0]);
     d.wire(&[(x - near, y), (x - out, y), (x - out, height), (x - far, height)]);
     d.label((x - left, between), &words[1]);
 }
 
-/// All copies of the parameter in one block, and a controller without parameters.
+/// Draws the loop with all copies of the parameter in one block, and a controller without parameters.
 fn augmented(plant: Sizes, k: Sizes) -> Diagram {
     let caption = "The same loop transformed, as the matrix inequalities see it: all copies of \
         the speed in one block, the copies of the controller passed through the plant."
@@ -97,7 +97,7 @@ fn augmented(plant: Sizes, k: Sizes) -> Diagram {
     d
 }
 
-/// The weighted signals.
+/// Draws the weighted signals.
 fn weighted(subject: &Subject, states: usize) -> Diagram {
     let design = &subject.inputs.design;
     let (tracked, m) = (design.tracked.len(), subject.inputs.vehicle.actuators.len());

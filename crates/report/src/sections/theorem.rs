@@ -1,4 +1,4 @@
-//! What is proved for the controller, and what is not.
+//! Theorem of the certificate, and its limits.
 
 use crate::error::Error;
 use crate::page::Part;
@@ -6,7 +6,7 @@ use crate::subject::Subject;
 use squid_certificate::Theorem;
 use squid_design::certify::limits::ClaimedStep;
 
-/// The scope of the theorem, and other places where it is proved.
+/// Returns the text on the scope of the theorem, and on other proofs of it.
 fn reach(theorem: &Theorem, certified: bool) -> &'static str {
     match (theorem.gamma_with_model_error, certified) {
         (Some(_), true) => {
@@ -24,10 +24,10 @@ fn reach(theorem: &Theorem, certified: bool) -> &'static str {
     }
 }
 
-/// The section on the proved bound and what it does not cover.
+/// Returns the section on the proved bound and its limits.
 ///
 /// # Errors
-/// None; a proof that fails is reported.
+/// None; a failed proof is reported.
 pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
     let apart = !subject.inputs.design.measured.is_empty();
     let words = match subject.proof() {

@@ -1,14 +1,14 @@
-//! The requirements of the design, and what the flying loop achieves.
+//! Requirements of the design, and figures of the loop as flown.
 
 use crate::error::Error;
 use crate::page::{Part, Table};
 use crate::subject::Subject;
 use squid_design::verdict::row::{Outcome, Row};
 
-/// The section with the table of the verdict.
+/// Returns the section with the table of the verdict.
 ///
 /// # Errors
-/// As [`Subject::verdict`].
+/// Errors of [`Subject::verdict`].
 pub fn verdict(subject: &Subject) -> Result<Vec<Part>, Error> {
     let verdict = subject.verdict()?;
     let mut table = Table::new(["what", "required", "worst value", "", "where"]);

@@ -1,8 +1,8 @@
-//! Gains of a PID for flights that the caller flies and judges.
+//! PID gains for flights that the caller simulates and evaluates.
 //!
-//! Each gain is `g (1 + s rho)`. One descent (`descend`) from each of some first gains moves every g and the weights
-//! of the references, and more from the best of them move the slopes s as well. The result depends on no clock and no
-//! number of processors.
+//! Each gain is `g (1 + s rho)`. One descent (`descend`) from each of several first gains changes every g and the
+//! reference weights; further descents from the best change the slopes s as well. The result does not depend on the
+//! clock or the number of processors.
 
 use crate::candidate::{Attempt, Candidate, FAILED_COST, REQUIRED_MARGIN, merit};
 use crate::descent::descend;
@@ -19,30 +19,30 @@ use squid_pid::{Given, Law, Pid};
 
 /// Frequencies of the loops with the first gains, relative to those of the reference models.
 const GUESSES: [f64; 3] = [0.7, 1.2, 2.0];
-/// The first step of a descent and the number of its attempts, from first gains.
+/// First step and number of attempts of a descent from first gains.
 const FROM_GUESS: (f64, usize) = (0.4, 50);
-/// So from the best gains, one descent after another.
+/// First step and number of attempts of each descent from the best gains, in sequence.
 const FROM_BEST: [(f64, usize); 6] = [(0.3, 80), (0.2, 60), (0.3, 80), (0.1, 60), (0.2, 80), (0.05, 60)];
-/// The frequency of the pitch loop inside that of the depth, relative to it.
+/// Frequency of the pitch loop relative to the depth loop around it.
 const INNER: f64 = 4.0;
-/// The largest slope of a gain.
+/// Largest slope of a gain.
 const STEEPEST: f64 = 0.95;
 
-/// What a flight says of gains.
+/// Evaluation of gains by a flight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judged {
-    /// What is lowered.
+    /// Cost to be minimised.
     pub cost: f64,
-    /// What must not be negative.
+    /// Margins that must not be negative.
     pub margins: Vec<f64>,
 }
 
-/// The gains of least cost found, with that, of a PID for the signals of a design; `None` if none of them has no
-/// negative margin. `judge` flies gains, and says nothing of those with which the vehicle is lost; it has a number of
-/// `margins`.
+/// Searches for the PID of least cost for the signals of a design. Returns the cost and the PID; `None` if all PIDs
+/// tried have a negative margin. `judge` simulates a flight and returns its cost and `margins` margins, or `None` if
+/// the vehicle is lost.
 ///
 /// # Errors
-/// [`Error::NoPid`]; the errors of trim and linearisation.
+/// [`Error::NoPid`]; errors of trim and linearisation.
 pub fn tune_in_flight(
     inputs: &Inputs,
     margins: usize,
@@ -80,8 +80,8 @@ pub fn tune_in_flight(
     Ok((merit(&best) < FAILED_COST).then(|| (best.cost, moved(&from, &best.x))))
 }
 
-/// The coordinates of a PID one by one: of each gain the logarithm of a factor and, if it depends on speed, what is
-/// added to its slope, and what is added to the weights of the references. Without those of the slopes if not `slopes`.
+/// Returns one direction per coordinate of a PID: for each gain the logarithm of a factor and, if it depends on speed
+/// and `slopes` is set, the increment of its slope; then the increments of the reference weights.
 fn directions(pid: &Pid, slopes: bool) -> Vec<Direction> {
     let mut is_slope = vec![];
     for gain in pid.clone().gains_mut().into_iter().flatten() {
@@ -97,7 +97,7 @@ fn scheduled(gain: &Given) -> bool {
     matches!(&gain.law, Law::Polynomial(all) if all.len() > 1)
 }
 
-/// A PID at some coordinates.
+/// Returns the PID at given coordinates.
 fn moved(from: &Pid, x: &[f64]) -> Pid {
     let mut pid = from.clone();
     let mut x = x.iter().copied();
@@ -118,8 +118,8 @@ fn moved(from: &Pid, x: &[f64]) -> Pid {
     pid
 }
 
-/// First gains: poles near the frequencies of the reference models times a factor, by the accelerations that the
-/// commands give at both ends of the range of speed.
+/// Returns first gains: they place the poles near the frequencies of the reference models times a factor, with the
+/// accelerations per unit command at both ends of the speed range.
 fn guess(inputs: &Inputs, pid: &Pid, factor: f64) -> Result<Pid, Error> {
     let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
     let allocations = structure(actuators, design, pid)?.allocations;
@@ -146,16 +146,16 @@ fn guess(inputs: &Inputs, pid: &Pid, factor: f64) -> Result<Pid, Error> {
     let v = frequency("speed");
     let steep = deep / design.scheduling().0;
     let over_speed = |[low, high]: [f64; 2]| Law::Polynomial(vec![0.5 * (low + high), 0.5 * (high - low)]);
-    let of_command = |gains: Vec<&mut Given>, accelerations: [f64; 2], wanted: &[f64]| {
-        for (gain, wanted) in gains.into_iter().zip(wanted) {
-            gain.law = over_speed(accelerations.map(|one| wanted / one));
+    let of_command = |gains: Vec<&mut Given>, accelerations: [f64; 2], targets: &[f64]| {
+        for (gain, target) in gains.into_iter().zip(targets) {
+            gain.law = over_speed(accelerations.map(|one| target / one));
         }
     };
     let [turn, speed, depth] = pid.gains_mut();
     of_command(turn, accelerations(0, &format!("{angle}_rate")), &[w * w, 0.3 * w * w * w, 2.0 * w]);
     of_command(speed, accelerations(1, "speed"), &[v, 0.2 * v * v]);
-    for (gain, wanted) in depth.into_iter().zip([steep, 0.1 * deep * steep]) {
-        gain.law = Law::Polynomial(vec![wanted]);
+    for (gain, target) in depth.into_iter().zip([steep, 0.1 * deep * steep]) {
+        gain.law = Law::Polynomial(vec![target]);
     }
     Ok(pid)
 }
@@ -175,9 +175,9 @@ mod tests {
         [all[0], all[1] / all[0]]
     }
 
-    /// Of a cost with a known least value beyond a limit, the gains found are at the limit, with the slope of it.
+    /// Gains for a cost whose known minimum is beyond a limit are found at that limit, with the slope of the minimum.
     #[test]
-    fn the_least_cost_within_the_limit_is_found() {
+    fn finds_least_cost_within_limit() {
         let inputs = read("squid", "design", None);
         let first = guess(&inputs, &first(&inputs).unwrap().0, 1.2).unwrap();
         let known = coefficients(&first.turn.kp)[0];
@@ -196,9 +196,9 @@ mod tests {
         assert_eq!(tune_in_flight(&inputs, 1, &missed).unwrap(), None);
     }
 
-    /// The first gains of each axis fit, and those of planes fall as the square of the forward speed.
+    /// First gains match the signals of each axis; those of planes fall with the square of the forward speed.
     #[test]
-    fn first_gains_of_each_axis() {
+    fn first_gains_match_each_axis() {
         for (vehicle, name, axis) in [
             ("squid", "design", None),
             ("squid", "heading", Some("heading")),

@@ -1,10 +1,10 @@
-//! A first design file of heading.
+//! First design file for heading.
 //!
-//! As for pitch, with the acceleration of yaw that the actuators give in straight flight, `turn`:
+//! Numbers follow as for pitch, from `turn`, the yaw acceleration that the actuators can produce in straight flight:
 //!
 //! ```text
 //! frequency   sqrt(f turn/scale) with f = ACCELERATION_FRACTION, at most FREQUENCY_TIMES_LAG/lag, FASTEST, and
-//!             e rate/scale: the model then turns through the scale no faster than the rate that the envelope allows
+//!             e rate/scale: the model then turns by the scale no faster than the rate that the envelope allows
 //! a           turn/(scale frequency^2)
 //! weight      WEIGHT a^0.65,   disturbance  DISTURBANCE/a^0.5,   rate of turn  RATE frequency
 //! settling    SETTLING/frequency,   gust  GUST_SHARE atan(gust/speed), at the least speed
@@ -22,40 +22,40 @@ use squid_design::inputs::{Inputs, of_view};
 use squid_scheduled::OverSpeed;
 use std::f64::consts::E;
 
-/// The step and the scale of heading, deg.
+/// Step and scale of heading, deg.
 const SCALE: f64 = 10.0;
-/// The largest frequency of the model, rad/s.
+/// Largest frequency of the model, rad/s.
 const FASTEST: f64 = 1.0;
-/// The weight on commands and the disturbance for a = 1.
+/// Weight on commands and disturbance for a = 1.
 const WEIGHT: f64 = 0.1;
 const DISTURBANCE: f64 = 0.2;
-/// The rate of turn over the frequency, deg.
+/// Ratio of the rate of turn to the frequency, deg.
 const RATE: f64 = 9.0;
-/// The least speed of the range over the largest: the force of a rudder grows with the square.
+/// Ratio of the least to the largest speed of the range: the force of a rudder grows with the square of the speed.
 const LEAST_SPEED: f64 = 0.45;
 
-/// The time until a turn settles within 2 %, times the frequency: 1.5 times that of the model.
+/// Settling time of a turn within 2 %, times the frequency: 1.5 times that of the model.
 const SETTLING: f64 = 9.0;
-/// The change of heading in a gust, relative to the angle of the flow.
+/// Change of heading in a gust, relative to the angle of the flow.
 const GUST_SHARE: f64 = 0.3;
 
-/// What the heading autopilot has in common with the design of level flight that flies beside it.
+/// Settings that a heading autopilot shares with the design of level flight in the same vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beside {
-    /// The least and the largest speed, m/s.
+    /// Least and largest speed, m/s.
     pub speeds: [f64; 2],
-    /// The depth of the trims, m.
+    /// Depth of the trims, m.
     pub depth: f64,
-    /// The sample time, s.
+    /// Sample time, s.
     pub sample_time: f64,
 }
 
-/// The text of a first design file of heading, beside a design of level flight if there is one; `files` are the names
-/// of vehicle and design in messages.
+/// Returns the text of a first design file for heading, for use with a design of level flight if `beside` is given;
+/// `files` are the names of vehicle and design in messages.
 ///
 /// # Errors
-/// A vehicle without sway, roll and yaw, or on which nothing yaws; [`Error::NoRange`], [`Error::NoAuthority`],
-/// [`Error::NoStraightFlight`].
+/// [`Error::Design`] for a vehicle without sway, roll and yaw, or without a yaw actuator; [`Error::NoRange`],
+/// [`Error::NoAuthority`], [`Error::NoStraightFlight`].
 pub fn start_heading(vehicle: &Vehicle, files: [&str; 2], beside: Option<Beside>) -> Result<String, Error> {
     let yawing = of_view(vehicle, &LATERAL, files)?;
     let [low, high] = match beside {
@@ -119,7 +119,7 @@ pub fn start_heading(vehicle: &Vehicle, files: [&str; 2], beside: Option<Beside>
     Ok(text)
 }
 
-/// The rate of the reference that the envelope of a design allows at these speeds, rad/s.
+/// Returns the rate of the reference that the envelope of a design allows at these speeds, rad/s.
 fn allowed_rate(vehicle: &Vehicle, text: &str, file: &str, speeds: [f64; 2]) -> Result<f64, Error> {
     let inputs = Inputs::new(vehicle.clone(), DesignFile::parse(text, file, "heading")?)?;
     let limits = inputs.axis().envelope(&speeds)?;
@@ -131,18 +131,18 @@ fn allowed_rate(vehicle: &Vehicle, text: &str, file: &str, speeds: [f64; 2]) -> 
     Ok(least.fold(f64::INFINITY, f64::min))
 }
 
-/// The sample time without a design beside, s.
+/// Sample time without a design of level flight, s.
 const SAMPLE_TIME: f64 = 0.02;
-/// The duration of the ramp of speed, s.
+/// Duration of the speed ramp, s.
 const RAMP: f64 = 60.0;
 
-/// What straight flight leaves to turn with.
+/// Yaw authority that straight flight leaves.
 struct Yaw {
-    /// The acceleration of yaw, rad/s2.
+    /// Yaw acceleration, rad/s2.
     turn: f64,
-    /// The lag of the main actuator of yaw, s.
+    /// Lag of the main yaw actuator, s.
     lag: f64,
-    /// The growth rate of the least stable mode, 1/s; 0 if all decay.
+    /// Growth rate of the least stable mode, 1/s; 0 if all decay.
     growth: f64,
 }
 
@@ -170,5 +170,5 @@ impl Yaw {
     }
 }
 
-/// The row of r in the linear model of sway, roll and yaw.
+/// Row of r in the linear model of sway, roll and yaw.
 const YAW: usize = 2;

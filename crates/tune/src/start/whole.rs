@@ -1,4 +1,4 @@
-//! A first design file with all axes of a vehicle.
+//! First design file with all axes of a vehicle.
 
 use crate::error::Error;
 use crate::start::heading::{Beside, start_heading};
@@ -6,12 +6,12 @@ use crate::start::start;
 use squid_auv::Vehicle;
 use squid_design::inputs::design_file::DesignFile;
 
-/// The text of a first design file with all axes that a vehicle has: pitch and speed, and heading where it can be
-/// steered; `files` are the names of vehicle and design in messages. Also returns why heading is left out of a vehicle
-/// that leaves the vertical plane.
+/// Returns the text of a first design file with all axes of a vehicle: pitch and speed, and heading if it can be
+/// controlled; `files` are the names of vehicle and design in messages. Also returns the reason if heading is left out
+/// although the vehicle leaves the vertical plane.
 ///
 /// # Errors
-/// As [`start`].
+/// Errors of [`start`].
 pub fn start_whole(vehicle: &Vehicle, files: [&str; 2]) -> Result<(String, Option<Error>), Error> {
     let level = start(vehicle)?;
     if !vehicle.coefficients.leaves_plane() {
@@ -26,7 +26,7 @@ pub fn start_whole(vehicle: &Vehicle, files: [&str; 2]) -> Result<(String, Optio
     })
 }
 
-/// The text of a design file of one axis as an axis of a file with several.
+/// Converts the text of a design file of one axis to an axis of a file with several.
 fn as_axis(text: &str) -> String {
     let moved = |line: &str| {
         let opened = line.len() - line.trim_start_matches('[').len();

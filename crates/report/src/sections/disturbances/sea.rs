@@ -1,4 +1,4 @@
-//! The effect of the waves, the current and the sensor errors of a sea on the loop.
+//! Effect of the waves, the current and the sensor errors of a sea on the loop.
 
 use crate::error::Error;
 use crate::page::{Axis, Chart, Curve, Figure, Part, Table, capital};
@@ -18,16 +18,17 @@ const DEPTHS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 /// Decimals of an RMS value.
 pub(super) const DIGITS: usize = 3;
 
-/// A mean square over the rows of a flight.
+/// Mean square over the rows of a flight.
 pub(super) type MeanSquare = Box<dyn Fn(&[Row]) -> f64 + Sync>;
 
-/// Mean squares of a flight; `None` if it ends at the surface or cannot start so close to it.
+/// Mean squares of a flight; `None` if it ends at the surface or cannot start near it.
 pub(super) type Squares = Option<Vec<f64>>;
 
-/// The section on the sea of a file, if there is one: flights at six speeds, and the effect of waves at other depths.
+/// Returns the section on the sea of a file, if there is one: flights at six speeds, and the effect of waves at other
+/// depths.
 ///
 /// # Errors
-/// As [`fly_at_sea`], for flights at the depth of the sea.
+/// Errors of [`fly_at_sea`], for flights at the depth of the sea.
 pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some((sea, _)) = &subject.sea else { return Ok(vec![]) };
     let depth = sea.depth.unwrap_or(subject.inputs.design.depth);
@@ -37,12 +38,12 @@ pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
         let flight = fly(subject, &subject.stored.controller, &sea, speed, k)?;
         Ok(flight.surfacing.is_none().then(|| squares.iter().map(|square| square(&flight.rows)).collect()))
     };
-    // An error of the first flight is reported.
+    // Only an error of the first flight is reported.
     flown(depth, subject.speeds[0], 0)?;
     let is_flown = |part: &f64| *part == 1.0 || sea.waves.is_some();
     let depths: Vec<f64> = DEPTHS.into_iter().filter(is_flown).map(|part| part * depth).collect();
-    let places = depths.iter().flat_map(|depth| subject.speeds.iter().map(move |speed| (*depth, *speed)));
-    let mut found = in_parallel(places, |(depth, speed)| {
+    let conditions = depths.iter().flat_map(|depth| subject.speeds.iter().map(move |speed| (*depth, *speed)));
+    let mut found = in_parallel(conditions, |(depth, speed)| {
         let roots = roots(|k| flown(depth, speed, k).ok().flatten());
         (depth, speed, roots)
     });
@@ -83,14 +84,14 @@ pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(parts)
 }
 
-/// RMS values over all realisations of a sea; `None` if one flight has none.
+/// Returns RMS values over all realisations of a sea; `None` if one flight has none.
 pub(super) fn roots(flown: impl Fn(u64) -> Squares) -> Squares {
     let all: Vec<Vec<f64>> = (0..SEAS).map(flown).collect::<Option<_>>()?;
     let root = |i: usize| (all.iter().map(|one| one[i]).sum::<f64>() / SEAS as f64).sqrt();
     Some((0..all[0].len()).map(root).collect())
 }
 
-/// A level flight at a constant speed (m/s), in the k-th realisation of a sea.
+/// Simulates level flight at a constant speed (m/s), in the k-th realisation of a sea.
 pub(super) fn fly(
     subject: &Subject,
     controller: &ControllerDesign,
@@ -105,8 +106,8 @@ pub(super) fn fly(
     Ok(fly_at_sea(&inputs.vehicle, controller, inputs.design.level(), &level, &sea)?)
 }
 
-/// Mean squares of the errors of pitch or depth and speed, and of heave and each command about their means, with the
-/// names of their RMS values.
+/// Returns mean squares of the errors of the stepped output and of speed, and of heave and each command about their
+/// means, with the names of their RMS values.
 pub(super) fn quantities(subject: &Subject) -> Vec<(String, MeanSquare)> {
     fn mean(rows: &[Row], of: impl Fn(&Row) -> f64) -> f64 {
         rows.iter().map(of).sum::<f64>() / rows.len() as f64
@@ -135,7 +136,7 @@ pub(super) fn quantities(subject: &Subject) -> Vec<(String, MeanSquare)> {
     all
 }
 
-/// The simulated flights, in words.
+/// Returns the description of the simulated flights.
 fn about(sea: &Sea, depth: f64) -> String {
     let waves = sea.waves.as_ref().map_or("no waves".into(), |swell| {
         format!(

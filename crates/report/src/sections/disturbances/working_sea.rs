@@ -1,4 +1,4 @@
-//! A controller designed for a sea compared in it with one of the same weights for still water.
+//! Comparison at sea of a controller designed for that sea with one of the same weights for still water.
 
 use crate::error::Error;
 use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table, capital};
@@ -27,19 +27,19 @@ const SEED: u64 = 1;
 /// Initial depth of the climb (m), unless the working depth is larger, and its longest duration (s).
 const DEEP: f64 = 50.0;
 const LONGEST: f64 = 1000.0;
-/// Start of the climb, and the drawn duration of its end (s).
+/// Start of the climb, and the plotted duration of its end (s).
 const BEGINS: f64 = 5.0;
 const DRAWN: f64 = 60.0;
 
-/// The section on the sea of a design, if it has one.
+/// Returns the section on the sea of a design, if it has one.
 ///
 /// # Errors
-/// There is no controller for still water, or a flight fails.
+/// Errors of the synthesis for still water and of the flights.
 pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(sea) = &subject.inputs.design.sea else { return Ok(vec![]) };
-    let made_for_it = &subject.stored.controller;
-    let other = without(subject.inputs)?;
-    let both = [made_for_it, &other];
+    let for_this_sea = &subject.stored.controller;
+    let other = for_still_water(subject.inputs)?;
+    let both = [for_this_sea, &other];
     let (names, squares): (Vec<String>, Vec<_>) = quantities(subject).into_iter().unzip();
     let waves = Sea::of_waves(sea.waves.clone(), sea.depth, SEED)?;
     let jobs = subject.speeds.iter().flat_map(|speed| [0, 1].map(|which| (*speed, which)));
@@ -66,8 +66,8 @@ pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(parts)
 }
 
-/// A controller of the same weights, for still water.
-fn without(inputs: &Inputs) -> Result<ControllerDesign, Error> {
+/// Designs a controller with the same weights for still water.
+fn for_still_water(inputs: &Inputs) -> Result<ControllerDesign, Error> {
     let design = DesignFile { sea: None, ..inputs.design.clone() };
     let (actuators, vehicle) = (&inputs.vehicle.actuators, LevelFlight { file: &design, ..inputs.axis() });
     let model = Model::new(&vehicle, &design)?;
@@ -83,12 +83,12 @@ fn without(inputs: &Inputs) -> Result<ControllerDesign, Error> {
     Ok(ControllerDesign { anti_windup: gain, ..frozen })
 }
 
-/// A climb from deep water to the working depth.
+/// Simulates a climb from deep water to the working depth.
 fn climb(subject: &Subject, sea: &WorkingSea, both: [&ControllerDesign; 2]) -> Result<Figure, Error> {
     let (inputs, stored) = (subject.inputs, subject.stored);
     let from = DEEP.max(2.0 * sea.depth);
     let (speed, _) = inputs.design.scheduling();
-    // Astern the vehicle climbs with the bow down.
+    // The vehicle climbs with the bow down when it moves astern.
     let pitch = stored.manoeuvre.step("pitch").abs().copysign(speed);
     let takes = 1.5 * (from - sea.depth) / (speed * pitch.sin());
     let manoeuvre = Manoeuvre {
@@ -134,7 +134,7 @@ fn climb(subject: &Subject, sea: &WorkingSea, both: [&ControllerDesign; 2]) -> R
     })
 }
 
-/// The simulated flights, in words.
+/// Returns the description of the simulated flights.
 fn about(sea: &WorkingSea) -> String {
     format!(
         "The design has waves of Hs = {} m with their peak at {:.3} rad/s in its generalised plant, as \
@@ -158,11 +158,11 @@ mod tests {
     use squid_sea::{Spectrum, Waves};
     use std::path::Path;
 
-    /// REMUS 100 a metre below waves of 1 m: the pitch error is smaller by a sixth or more at both ends of the speed
+    /// The pitch error of REMUS 100 a metre below waves of 1 m is smaller by a sixth or more at both ends of the speed
     /// range.
     #[test]
     #[ignore = "night: flies hundreds of minutes at sea"]
-    fn it_pays() {
+    fn design_for_the_sea_reduces_pitch_error() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100");
         let mut inputs = Inputs::read(&folder, "pitch").unwrap();
         let spectrum = Spectrum::jonswap(1.0, 6.0, 3.3).unwrap();

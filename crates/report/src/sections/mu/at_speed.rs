@@ -21,51 +21,51 @@ use squid_lpv::mu::upper::{DgScalings, UpperBoundOptions, upper_bound_with};
 use squid_lpv::mu::{self, CMat, Structure};
 use squid_lpv::state_space::StateSpace;
 
-/// Frequencies of the curves, rad/s: the first and the last power of ten, and the number per decade.
+/// Frequencies of the curves, rad/s: the first and last power of ten, and the number per decade.
 pub const DECADES: (i32, i32) = (-3, 2);
 const UPPER_POINTS: i32 = 6;
-/// Number of points added where the curve bends, until each point is within this fraction of the peak of the line
-/// between its neighbours, or within this distance of one of them, in decades.
+/// Largest number of points added where the curve bends, until each point is within a fraction of the peak of the line
+/// between its neighbours, or within a distance of one of them, in decades.
 const ADDED: usize = 30;
 const SMOOTH: f64 = 0.015;
 const FINEST: f64 = 0.01;
 
-/// Frequencies of the lower bounds, which take longer and matter where the upper ones are high.
+/// Frequencies of the lower bounds, which take longer and matter where the upper bounds are high.
 const LOWER_DECADES: (i32, i32) = (-2, 1);
 const LOWER_POINTS: i32 = 1;
 
-/// The mu analysis at one speed.
+/// Mu analysis at one speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeedMu {
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// The numbers of uncertain parameters and of their channels.
+    /// Numbers of uncertain parameters and of their channels.
     pub size: (usize, usize),
     /// Bounds for all frequencies.
     pub bounds: FrequencyMu,
     /// Upper bounds at single frequencies (rad/s).
     pub upper: Vec<(f64, f64)>,
-    /// The frequency of the largest of these bounds, rad/s; not always on the curve.
+    /// Frequency of the largest of these bounds, rad/s; not always on the curve.
     pub peak: f64,
     /// Lower bounds at the single frequencies (rad/s) where a perturbation was found.
     pub lower: Vec<(f64, f64)>,
-    /// The perturbation of the largest lower bound, one entry per parameter, in decreasing order of the shares.
+    /// Perturbation of the largest lower bound, one entry per parameter, in decreasing order of the shares.
     pub worst: Vec<Change>,
-    /// The gain of the loop with and without coefficient errors.
+    /// Gain of the loop with and without coefficient errors.
     pub gain: WorstGain,
-    /// The size of the perturbation, without its changes of the trim, at which a retrimmed vehicle is unstable: as it
-    /// flies, and in continuous time.
+    /// Size of the perturbation, without its changes of the trim, at which a retrimmed vehicle is unstable: as flown,
+    /// and in continuous time.
     pub vehicle: [Option<f64>; 2],
 }
 
-/// One uncertain parameter in a perturbation.
+/// Change of one uncertain parameter in a perturbation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
     /// Name.
     pub name: String,
-    /// Its deviation, in words.
+    /// Deviation, as text.
     pub by: String,
-    /// Its share in moving the pole to the axis; all shares add up to 1.
+    /// Share in moving the pole to the axis; all shares add up to 1.
     pub share: f64,
 }
 
@@ -73,7 +73,7 @@ impl SpeedMu {
     /// Analyses the loop of the uncertain model at a speed and the controller frozen there.
     ///
     /// # Errors
-    /// As [`at_speed`]; [`ModelError::System`](squid_design::error::ModelError::System);
+    /// Errors of [`at_speed`]; [`ModelError::System`](squid_design::error::ModelError::System);
     /// [`DesignError::MuAtSpeed`] if the nominal loop is unstable.
     pub fn new(subject: &Subject, speed: f64) -> Result<Self, Error> {
         let frozen = at_speed(subject.inputs, speed)?;
@@ -109,35 +109,35 @@ impl SpeedMu {
         Ok(Self { speed, size, bounds, upper, peak, lower: points, worst, gain, vehicle: unstable })
     }
 
-    /// The guaranteed upper bound on mu over all frequencies.
+    /// Returns the guaranteed upper bound on mu over all frequencies.
     pub fn guaranteed(&self) -> f64 {
         self.bounds.upper.upper
     }
 
-    /// The lower bound on mu from a perturbation; `None` if the search returned none.
+    /// Returns the lower bound on mu from a perturbation; `None` if the search found none.
     pub fn shown(&self) -> Option<f64> {
         self.bounds.lower.as_ref().map(|found| found.value)
     }
 }
 
-/// The bound at a speed that the verdict already contains.
+/// Returns the bound at a speed if the verdict contains it.
 fn of_the_verdict(subject: &Subject, speed: f64) -> Option<FrequencyBound> {
     let found = &subject.verdict().ok()?.found.mu;
     found.iter().find(|mu| mu.speed == speed)?.bound.clone()
 }
 
-/// The drawn frequencies, rad/s.
+/// Returns the range of the plotted frequencies, rad/s.
 fn shown() -> std::ops::RangeInclusive<f64> {
     10f64.powi(DECADES.0)..=10f64.powi(DECADES.1)
 }
 
-/// Logarithmically spaced frequencies.
+/// Returns logarithmically spaced frequencies.
 fn spread((from, to): (i32, i32), points: i32) -> impl Iterator<Item = f64> {
     (from * points..=to * points).map(move |k| 10f64.powf(f64::from(k) / f64::from(points)))
 }
 
-/// Upper bounds at single frequencies, including zero and the frequencies of both bounds of the sweep, so that no peak
-/// is missed.
+/// Computes upper bounds at single frequencies, including zero and the frequencies of both bounds of the sweep, so that
+/// no peak is missed.
 fn upper_curve(
     system: &StateSpace,
     structure: &Structure,
@@ -166,25 +166,25 @@ fn upper_curve(
     for _ in 0..ADDED {
         let curve: Vec<(f64, f64)> = points.iter().map(|p| (p.omega, p.value)).collect();
         let Some(omega) = roughest(&curve) else { break };
-        let place = points.partition_point(|p| p.omega < omega);
-        let beside = [place - 1, place].map(|i| at(omega, Some(&points[i].start)));
-        let beside: Vec<Drawn> = beside.into_iter().flatten().collect::<Result<_, _>>()?;
-        let Some(lower) = beside.into_iter().min_by(|a, b| a.value.total_cmp(&b.value)) else { break };
-        points.insert(place, lower);
+        let index = points.partition_point(|p| p.omega < omega);
+        let repeated = [index - 1, index].map(|i| at(omega, Some(&points[i].start)));
+        let repeated: Vec<Drawn> = repeated.into_iter().flatten().collect::<Result<_, _>>()?;
+        let Some(lowest) = repeated.into_iter().min_by(|a, b| a.value.total_cmp(&b.value)) else { break };
+        points.insert(index, lowest);
     }
     from_neighbours(&mut points, &at)?;
     Ok(points.into_iter().map(|p| (p.omega, p.value)).collect())
 }
 
-/// An upper bound at a frequency (rad/s), and the final point of its search.
+/// Upper bound at a frequency (rad/s), and the final point of its search.
 struct Drawn {
     omega: f64,
     value: f64,
     start: DgScalings,
 }
 
-/// A search may stall above the least bound. If a bound is well above its neighbour's, the search is repeated from the
-/// neighbour's final point, which removes steps and spikes that are not in mu.
+/// Repeats searches that stalled above the least bound: if a bound is well above its neighbour's, the search starts
+/// again from the neighbour's final point, which removes steps and spikes that are not in mu.
 fn from_neighbours(
     points: &mut [Drawn],
     at: &impl Fn(f64, Option<&DgScalings>) -> Option<Result<Drawn, mu::StructureError>>,
@@ -205,7 +205,7 @@ fn from_neighbours(
     Ok(())
 }
 
-/// The frequency (rad/s) at which another point smooths a curve most; `None` if it is smooth.
+/// Returns the frequency (rad/s) at which another point smooths a curve most; `None` if it is smooth.
 fn roughest(points: &[(f64, f64)]) -> Option<f64> {
     let drawn: Vec<(f64, f64)> = points.iter().filter(|p| p.0 > 0.0).map(|p| (p.0.log10(), p.1)).collect();
     let highest = drawn.iter().map(|p| p.1).fold(0.0, f64::max);
@@ -222,7 +222,7 @@ fn roughest(points: &[(f64, f64)]) -> Option<f64> {
 /// Relative tolerance of the curves: less than the thickness of a line.
 const DRAWN: f64 = 5e-4;
 
-/// Lower bounds at the frequencies where a perturbation is found, including that of the sweep.
+/// Computes lower bounds at the frequencies where a perturbation is found, including that of the sweep.
 fn lower_points(
     system: &StateSpace,
     structure: &Structure,
@@ -237,12 +237,12 @@ fn lower_points(
     Ok(out)
 }
 
-/// The search range along a perturbation, in units of the size at which the model is unstable; at least the declared
+/// Search range along a perturbation, in units of the size at which the model is unstable; at least the declared
 /// uncertainty.
 const FOLLOWED: f64 = 2.0;
 
-/// The sizes of a perturbation at which the loop of a retrimmed vehicle is unstable: as it flies, and in continuous
-/// time.
+/// Returns the sizes of a perturbation at which the loop of a retrimmed vehicle is unstable: as flown, and in
+/// continuous time.
 fn unstable_at(
     subject: &Subject,
     frozen: &FrozenUncertain,
@@ -261,7 +261,7 @@ fn unstable_at(
     Ok([at(&flies), at(&ideal)])
 }
 
-/// The largest real part of the poles of a perturbed loop, rad/s; `None` if it is not well posed.
+/// Returns the largest real part of the poles of a perturbed loop, rad/s; `None` if it is not well posed.
 ///
 /// ```text
 /// A + B (I - Delta D)^-1 Delta C
@@ -274,10 +274,10 @@ fn rightmost(system: &StateSpace, blocks: &[Block], values: &[f64]) -> Option<f6
     Some(spectral_abscissa(&(&system.a + &system.b * inner)))
 }
 
-/// The relative reduction of a parameter for its sensitivity.
+/// Relative reduction of a parameter to compute its sensitivity.
 const PART: f64 = 1e-4;
 
-/// The share of each parameter in moving the pole to the axis, to first order.
+/// Returns the share of each parameter in moving the pole to the axis, to first order.
 fn shares(system: &StateSpace, blocks: &[Block], values: &[f64]) -> Vec<f64> {
     let all = rightmost(system, blocks, values);
     let without = |i: usize| {
@@ -290,7 +290,7 @@ fn shares(system: &StateSpace, blocks: &[Block], values: &[f64]) -> Vec<f64> {
     moves.into_iter().map(|v| if sum > 0.0 { v / sum } else { 0.0 }).collect()
 }
 
-/// The parameters in decreasing order of their shares.
+/// Returns the parameters in decreasing order of their shares.
 fn ordered(blocks: &[Block], values: &[f64], shares: &[f64]) -> Vec<Change> {
     let change = |((b, v), share): ((&Block, &f64), &f64)| Change {
         name: b.name.clone(),
@@ -302,8 +302,8 @@ fn ordered(blocks: &[Block], values: &[f64], shares: &[f64]) -> Vec<Change> {
     out
 }
 
-/// The deviation of a parameter, in words: relative to its value, or in its unit if the value is 0 or belongs to the
-/// trim.
+/// Returns the deviation of a parameter as text: relative to its value, or in its unit if the value is 0 or belongs to
+/// the trim.
 fn by(block: &Block, delta: f64) -> String {
     let off = delta * block.half_range;
     if matches!(block.uncertain, Uncertain::Parameter(_))
@@ -333,9 +333,9 @@ mod tests {
         }
     }
 
-    /// x' = -x + 0.5 d1 x + 0.25 d2 x: the pole is at -1 + 0.5 d1 + 0.25 d2.
+    /// The pole of x' = -x + 0.5 d1 x + 0.25 d2 x is at -1 + 0.5 d1 + 0.25 d2.
     #[test]
-    fn shares_of_a_pole_that_is_known() {
+    fn shares_of_a_known_pole() {
         let system = StateSpace {
             a: dmatrix![-1.0],
             b: dmatrix![0.5, 0.25],
@@ -351,9 +351,9 @@ mod tests {
         assert_eq!((ordered[0].by.as_str(), ordered[1].by.as_str()), ("-13 %", "+40 %"));
     }
 
-    /// A spike of a stalled search is removed, a true peak stays.
+    /// A spike of a stalled search is removed, and a true peak remains.
     #[test]
-    fn a_bound_well_above_its_neighbours_is_sought_again() {
+    fn repeats_searches_well_above_their_neighbours() {
         let one = Structure::new(vec![mu::Block::Real(1)]).unwrap();
         let start = mu::upper::upper_bound(&CMat::identity(1, 1), &one).unwrap().start;
         let drawn = |omega: f64, value| Drawn { omega, value, start: start.clone() };
@@ -367,9 +367,9 @@ mod tests {
         assert_eq!(points.iter().map(|p| p.value).collect::<Vec<_>>(), [0.1, 0.1, 0.1, 0.3, 0.1]);
     }
 
-    /// A peak a twentieth of a decade wide, between two points of the grid: with the added points the curve is smooth.
+    /// Added points make the curve smooth at a peak of a twentieth of a decade between two points of the grid.
     #[test]
-    fn points_are_added_until_a_peak_is_smooth() {
+    fn adds_points_until_a_peak_is_smooth() {
         let peak = |x: f64| 1.0 / (1.0 + ((x - 0.13) / 0.05).powi(2));
         let mut points: Vec<(f64, f64)> =
             (-6..=6).map(|k| f64::from(k) / 6.0).map(|x| (10f64.powf(x), peak(x))).collect();
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_value_is_off_in_its_own_unit() {
+    fn deviations_of_trim_parameters_are_absolute() {
         let uncertain = Uncertain::Parameter(squid_auv::Parameter::Incidence);
         let incidence = Block { uncertain, unit: "rad", ..block(0.02, 0.01) };
         assert_eq!(by(&incidence, 2.0), "+1.1 deg");

@@ -1,45 +1,45 @@
-//! The worst-case gain at one speed, for constant coefficient errors.
+//! Worst-case gain at one speed, for constant coefficient errors.
 
 use squid_lpv::mu::CMat;
 use squid_lpv::mu::worst_case::{Perturbable, worst_case_gain};
 use squid_lpv::state_space::StateSpace;
 
-/// The fractions of the declared uncertainty for which the gain is bounded.
+/// Fractions of the declared uncertainty for which the gain is bounded.
 pub const PARTS: [f64; 2] = [0.25, 1.0];
 
-/// The effect of constant coefficient errors on the gain from w to z.
+/// Effect of constant coefficient errors on the gain from w to z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorstGain {
-    /// The gain without errors.
+    /// Gain without errors.
     pub nominal: f64,
     /// Upper and lower bound at each of [`PARTS`]; `None` if the loop is not shown to stay stable.
     pub at: [Option<(f64, f64)>; PARTS.len()],
-    /// The gain of a retrimmed vehicle with the coefficients of the worst perturbation.
+    /// Gain of a retrimmed vehicle with the coefficients of the worst perturbation.
     pub vehicle: [Option<f64>; PARTS.len()],
 }
 
 impl WorstGain {
-    /// Bounds the gain of a loop with mu for robust stability below `mu`. `vehicle` gives the gain of a vehicle with
-    /// the coefficients of a perturbation.
-    pub fn new(whole: &Perturbable, mu: f64, vehicle: &dyn Fn(&CMat) -> Option<f64>) -> Self {
+    /// Bounds the gain of a loop whose mu for robust stability is below `mu`. `vehicle` returns the gain of a vehicle
+    /// with the coefficients of a perturbation.
+    pub fn new(uncertain: &Perturbable, mu: f64, vehicle: &dyn Fn(&CMat) -> Option<f64>) -> Self {
         let at = |size: f64| {
-            // If mu does not exclude an unstable loop, there is no bound.
-            let sized = (size * mu < 1.0).then(|| Perturbable { size, ..whole.clone() });
+            // There is no bound if mu does not exclude an unstable loop.
+            let sized = (size * mu < 1.0).then(|| Perturbable { size, ..uncertain.clone() });
             worst_case_gain(&sized?).ok()
         };
         let gains = PARTS.map(at);
         Self {
-            nominal: unperturbed(whole).hinf_norm().value,
+            nominal: unperturbed(uncertain).hinf_norm().value,
             at: gains.each_ref().map(|g| g.as_ref().map(|g| (g.upper, g.worst.gain))),
             vehicle: gains.each_ref().map(|g| vehicle(&g.as_ref()?.worst.delta)),
         }
     }
 }
 
-/// The gain from w to z without perturbation.
-fn unperturbed(whole: &Perturbable) -> StateSpace {
-    let (outputs, inputs) = whole.system.d.shape();
-    whole.system.parts(whole.structure.cols()..outputs, whole.structure.rows()..inputs)
+/// Returns the system from w to z without perturbation.
+fn unperturbed(uncertain: &Perturbable) -> StateSpace {
+    let (outputs, inputs) = uncertain.system.d.shape();
+    uncertain.system.parts(uncertain.structure.cols()..outputs, uncertain.structure.rows()..inputs)
 }
 
 #[cfg(test)]
@@ -49,9 +49,9 @@ mod tests {
     use squid_lpv::matrix::Mat;
     use squid_lpv::mu::{Block, Structure};
 
-    /// `x' = -x + c delta x + w`, z = x: the gain is `1/(1 - c delta)`, and mu is c.
+    /// The gain of `x' = -x + c delta x + w`, z = x is `1/(1 - c delta)`, and mu is c.
     #[test]
-    fn gains_that_are_known() {
+    fn matches_known_gains() {
         let of = |c: f64| {
             let system = StateSpace {
                 a: dmatrix![-1.0],

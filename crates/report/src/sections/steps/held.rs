@@ -1,4 +1,4 @@
-//! A moment that the actuators cannot hold.
+//! Response to a moment that the actuators cannot hold.
 
 use crate::error::Error;
 use crate::page::{Figure, Part, capital};
@@ -9,13 +9,13 @@ use squid_design::verdict::held::{AFTER, FACTOR, HELD, RISE, fly, load};
 use squid_flight::flight::Flight;
 use squid_scheduled::Autopilot;
 
-/// The duration of the flights, s.
+/// Duration of the flights, s.
 const SHOWN: f64 = STEP_TIME + HELD + RISE + AFTER;
 
-/// The section on a moment that is held beyond the actuators; empty where nothing turns the vehicle.
+/// Returns the section on a sustained moment beyond the actuators; empty if no actuator turns the vehicle.
 ///
 /// # Errors
-/// Those of the flights.
+/// Errors of the flights.
 pub fn held(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (inputs, controller) = (subject.inputs, &subject.stored.controller);
     let trims = Autopilot::new(controller)?.trim().clone();

@@ -1,4 +1,4 @@
-//! A step beyond the actuators' limits, and back: with and without anti-windup.
+//! Step beyond the actuators' limits, and back, with and without anti-windup.
 
 use crate::error::Error;
 use crate::page::{Figure, Key, Part, Table, capital, known, tidy};
@@ -17,7 +17,7 @@ const HELD: f64 = 39.0;
 /// End of the step, and end of the flight (s).
 const TIMES: [f64; 2] = [STEP_TIME + HELD, STEP_TIME + HELD + FLOWN];
 
-/// The largest step of an angle that comes back to itself (rad): by half a turn it has no direction.
+/// Largest step of a circular angle (rad): a step of exactly half a turn has no direction.
 const HALF_TURN: f64 = PI - 1e-6;
 
 /// Depth of the flight below that of the design (m), so that no flight surfaces.
@@ -26,21 +26,21 @@ const DEEPER: f64 = 1000.0;
 /// Number of speeds over the range.
 const SPEEDS: usize = 3;
 
-/// A flight with the controller, and one without its anti-windup; `None` if it is lost.
+/// Flights with the controller, and without its anti-windup; `None` if the vehicle is lost.
 struct Pair {
     speed: f64,
-    /// The step that is asked, and what the autopilot makes of it, rad or m.
+    /// Commanded step, and the step as limited by the autopilot, rad or m.
     height: f64,
     used: f64,
     with: Option<Flight>,
     without: Option<Flight>,
 }
 
-/// The section on steps beyond the limits; empty for a controller without anti-windup, and if pitch or depth is not
-/// tracked. At each speed the step has the sign for which the saturation without it lasts longer.
+/// Returns the section on steps beyond the limits; empty for a controller without anti-windup, and if the stepped
+/// output is not tracked. The step at each speed has the sign for which saturation without anti-windup lasts longer.
 ///
 /// # Errors
-/// As [`fly`], except for flights that diverge: those are lost.
+/// Errors of [`fly`], except for divergence, which counts as lost.
 pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
     let stored = &subject.stored.controller;
     let (Ok(output), Some(_)) = (subject.output(), &stored.anti_windup) else { return Ok(vec![]) };
@@ -53,14 +53,14 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
     let envelope = Envelope::new(subject)?;
     let mut pairs = vec![];
     for speed in subject.inputs.design.spread(SPEEDS) {
-        let one_way = |height: f64| {
+        let pair = |height: f64| {
             let flown = |controller| fly_held(subject, speed, height, controller);
             let used = envelope.used(speed, height);
             Ok(Pair { speed, height, used, with: flown(stored)?, without: flown(&plain)? })
         };
-        let ways = [-down, down].map(one_way);
-        let ways = ways.into_iter().collect::<Result<Vec<Pair>, Error>>()?;
-        pairs.extend(ways.into_iter().max_by(|a, b| a.limited(subject).total_cmp(&b.limited(subject))));
+        let both_signs = [-down, down].map(pair);
+        let both_signs = both_signs.into_iter().collect::<Result<Vec<Pair>, Error>>()?;
+        pairs.extend(both_signs.into_iter().max_by(|a, b| a.limited(subject).total_cmp(&b.limited(subject))));
     }
     if pairs.iter().all(|pair| pair.limited(subject) == 0.0) {
         let (name, shown) = (step.name, tidy(step.factor * size, 1));
@@ -126,7 +126,7 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
 }
 
 impl Pair {
-    /// Time at a limit without anti-windup (s); infinite if the vehicle is lost.
+    /// Returns the time at a limit without anti-windup (s); infinite if the vehicle is lost.
     fn limited(&self, subject: &Subject) -> f64 {
         self.without.as_ref().map_or(f64::INFINITY, |flight| limited(subject, &flight.rows))
     }
@@ -136,7 +136,7 @@ impl Pair {
 /// `None` for a flight that diverges.
 ///
 /// # Errors
-/// As [`fly`].
+/// Errors of [`fly`].
 fn fly_held(
     subject: &Subject,
     speed: f64,
@@ -157,14 +157,14 @@ fn fly_held(
     Ok(unless_lost(fly(&vehicle, controller, (depth + DEEPER, pitch), &step))?)
 }
 
-/// Time with a command at a limit (s).
+/// Returns the time with a command at a limit (s).
 fn limited(subject: &Subject, rows: &[Row]) -> f64 {
     let limits = subject.inputs.limits();
     let at = |row: &&Row| row.commands.iter().zip(&limits).any(|(u, (low, high))| u <= low || u >= high);
     rows.iter().filter(at).count() as f64 * subject.inputs.design.sample_time
 }
 
-/// The figures of a flight in the table.
+/// Returns the figures of a flight in the table.
 fn cells(subject: &Subject, flight: &Flight, height: f64) -> [String; 4] {
     let (step, rows) = (subject.step(), &flight.rows);
     let from = rows.first().map_or(0.0, |row| row.measured(step.index));
@@ -183,9 +183,9 @@ mod tests {
     use squid_scheduled::OverSpeed;
     use std::path::Path;
 
-    /// With references limited to 5 deg from level, steps of 30 deg are said, and judged, to be of that.
+    /// Steps of 30 deg are reported and evaluated at the limited size if references are limited to 5 deg from level.
     #[test]
-    fn a_limited_step_is_said_to_be_limited() {
+    fn reports_and_evaluates_limited_steps() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
         let inputs = Inputs::read(&folder, "design").unwrap();
         let mut stored = load(&folder.join("frozen"), &inputs).unwrap();
@@ -195,9 +195,9 @@ mod tests {
         let progress = Progress::default();
         let subject = Subject::new(&inputs, &stored, &progress).unwrap();
         let parts = limits(&subject).unwrap();
-        let Part::Words(said) = &parts[0] else { panic!("{parts:?}") };
-        assert!(said.contains("limits the reference to the envelope: at 0.50 m/s "), "{said}");
-        assert!(said.contains("5 deg instead of "), "{said}");
+        let Part::Words(text) = &parts[0] else { panic!("{parts:?}") };
+        assert!(text.contains("limits the reference to the envelope: at 0.50 m/s "), "{text}");
+        assert!(text.contains("5 deg instead of "), "{text}");
         if let Some(Part::Table(table)) = parts.get(1) {
             let used = |row: &Vec<String>| (row[1].ends_with("30"), row[2].trim_start_matches('-') == "5");
             assert!(table.rows.iter().all(|row| used(row) == (true, true)), "{table:?}");
