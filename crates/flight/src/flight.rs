@@ -97,7 +97,7 @@ struct LawOutput {
 /// a perfect longitudinal autopilot; sway, roll and yaw are free.
 ///
 /// # Errors
-/// Errors of [`fly_course`]; [`Error::Manoeuvre`], [`Error::ControllerDesign`], [`Error::Tick`].
+/// [`Error::Trim`], [`Error::Coefficient`], [`Error::Simulation`]; [`Error::Manoeuvre`], [`Error::ControllerDesign`], [`Error::Tick`].
 pub fn fly(
     vehicle: &Vehicle,
     design: &ControllerDesign,

@@ -42,8 +42,7 @@ const LARGEST_MODULUS: f64 = 1.0 / NEAREST_POLE;
 /// 3.1.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`] with the first part that differs or is not finite; [`ProofError::Shape`],
-/// [`ProofError::Lft`].
+/// [`ProofError::WrongPlant`] with the first part that differs or is not finite; [`ProofError::System`].
 pub fn check(plant: &Plant, blocks: &[usize], expected: &GeneralisedPlant) -> Result<(), ProofError> {
     let certified = plant_with(plant, blocks, &expected.blocks)?;
     let modulus = |plant: &GeneralisedPlant| largest(0.0, eigenvalues(&plant.dtt()).iter().map(|v| v.norm()));
@@ -143,7 +142,7 @@ fn alike(expected: &Mat, found: &Mat) -> bool {
 /// Returns the plant of a certificate, after a check that it has the `expected` channels.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`] if its shapes do not fit or it has other channels; [`ProofError::Shape`].
+/// [`ProofError::WrongPlant`] if its shapes do not fit or it has other channels; [`ProofError::System`].
 pub fn plant_with(
     plant: &Plant,
     blocks: &[usize],
