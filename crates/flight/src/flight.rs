@@ -97,7 +97,8 @@ struct LawOutput {
 /// a perfect longitudinal autopilot; sway, roll and yaw are free.
 ///
 /// # Errors
-/// [`Error::Trim`], [`Error::Coefficient`], [`Error::Simulation`]; [`Error::Manoeuvre`], [`Error::ControllerDesign`], [`Error::Tick`].
+/// [`Error::Trim`], [`Error::Coefficient`], [`Error::Simulation`]; [`Error::Manoeuvre`],
+/// [`Error::ControllerDesign`], [`Error::Tick`].
 pub fn fly(
     vehicle: &Vehicle,
     design: &ControllerDesign,
