@@ -105,7 +105,7 @@ impl Axis {
         let forward = autopilot.trim().forward_speed(design.scheduling.centre);
         let outputs = |index: usize| autopilot.trim().command(forward, index);
         let outputs: Vec<f64> = (0..design.actuators.len()).map(outputs).collect();
-        let commands = design.actuators.iter().zip(&outputs).map(|(one, output)| one.taken(*output).0);
+        let commands = design.actuators.iter().zip(&outputs).map(|(one, output)| one.input_for(*output).0);
         let applied = Applied { engaged: true, given: false, commands: commands.collect(), outputs };
         Ok(Self {
             supervisor: Supervisor::new(&design, &autopilot, &inputs),
@@ -131,7 +131,7 @@ impl Axis {
 
     /// Returns the command to an actuator, passed through the inverse of its curve if it has one.
     pub fn command(&self, index: usize) -> f64 {
-        self.design.actuators[index].taken(self.supervisor.commands()[index]).0
+        self.design.actuators[index].input_for(self.supervisor.commands()[index]).0
     }
 
     /// Returns the status of the autopilot.

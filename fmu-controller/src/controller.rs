@@ -137,7 +137,10 @@ impl Model for Controller {
         let each = self.axes.iter().map(|axis| {
             let ControllerDesign { design, gamma, .. } = axis.design();
             let proof = if gamma.certified { "certified" } else { "not certified" };
-            (axis.design().steered(), format!("design '{design}', L2 gain below {}, {proof}", gamma.bound))
+            (
+                axis.design().steered_signal(),
+                format!("design '{design}', L2 gain below {}, {proof}", gamma.bound),
+            )
         });
         let (steered, designs): (Vec<String>, Vec<String>) = each.unzip();
         About {

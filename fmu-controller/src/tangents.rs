@@ -73,7 +73,7 @@ impl Axis {
         };
         let computed = moved.computed.iter().zip(&self.design.actuators);
         for (tangent, (command, actuator)) in moved.commands.iter_mut().zip(computed) {
-            *tangent *= actuator.taken(*command).1;
+            *tangent *= actuator.input_for(*command).1;
         }
         Ok(moved)
     }

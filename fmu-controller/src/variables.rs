@@ -56,7 +56,7 @@ impl Input {
                     "what {} was really commanded; used while the controller is not engaged, or with applied_given",
                     actuator.name
                 );
-                of(&applied(actuator), &what).unit(actuator.taken_unit()).nominal(size(actuator))
+                of(&applied(actuator), &what).unit(actuator.input_unit()).nominal(size(actuator))
             }
         };
         one.quantity(self.quantity().number(design))
@@ -74,7 +74,7 @@ impl Input {
 /// Returns name and description of the reference of a signal.
 fn reference(design: &ControllerDesign, signal: usize) -> (&str, &str) {
     let reference = design.signals[signal].reference.as_ref();
-    reference.map_or(("", ""), |reference| (&reference.name, &reference.wanted))
+    reference.map_or(("", ""), |reference| (&reference.name, &reference.description))
 }
 
 /// Returns the name of the input for the applied command of an actuator.
@@ -84,7 +84,7 @@ fn applied(actuator: &Actuator) -> String {
 
 /// Returns the nominal value of an actuator's command.
 fn size(actuator: &Actuator) -> f64 {
-    let ends = [actuator.minimum, actuator.maximum].map(|end| actuator.taken(end).0.abs());
+    let ends = [actuator.minimum, actuator.maximum].map(|end| actuator.input_for(end).0.abs());
     if actuator.curve.is_some() { ends[0].max(ends[1]) } else { actuator.scale }
 }
 
@@ -97,7 +97,7 @@ pub(crate) fn inputs(design: &ControllerDesign) -> impl Iterator<Item = (String,
     let references = (0..design.references().count()).filter(|i| design.follows(*i));
     let references = references.map(move |i| (reference(design, i).0.to_owned(), of(i), Input::Reference(i)));
     let actuators = design.actuators.iter().enumerate();
-    let actuators = actuators.map(|(i, one)| (applied(one), one.taken_unit(), Input::Applied(i)));
+    let actuators = actuators.map(|(i, one)| (applied(one), one.input_unit(), Input::Applied(i)));
     measured.chain(references).chain(actuators)
 }
 
@@ -205,12 +205,12 @@ fn within_range(one: Variable, signal: &Port, design: &ControllerDesign, measure
 
 fn command(index: usize, actuator: &Actuator, inputs: &[&str]) -> Variable {
     let inverse = if actuator.curve.is_some() { ", by the inverse of its curve" } else { "" };
-    let sign = actuator.sign_in_words().map_or(String::new(), |sign| format!("; {sign}"));
+    let sign = actuator.effect_of_sign().map_or(String::new(), |sign| format!("; {sign}"));
     let description =
         format!("command to {}: trim feedforward and K(rho), limited{inverse}{sign}", actuator.name);
-    let (least, most) = (actuator.taken(actuator.minimum).0, actuator.taken(actuator.maximum).0);
+    let (least, most) = (actuator.input_for(actuator.minimum).0, actuator.input_for(actuator.maximum).0);
     Variable::real(&actuator.name, description, move |m| m.command(index), Role::output())
-        .unit(actuator.taken_unit())
+        .unit(actuator.input_unit())
         .range(least, most)
         .nominal(size(actuator))
         .discrete()
@@ -289,7 +289,7 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
     let used = used.map(|(index, (signal, reference))| {
         let one = Variable::real(
             used_name(prefix, signal.level, &reference.name),
-            format!("{} as the controller uses it, within the envelope", reference.wanted),
+            format!("{} as the controller uses it, within the envelope", reference.description),
             move |m| m.autopilot.references()[index],
             Role::output(),
         );

@@ -26,9 +26,10 @@ impl Model for ClosedLoop {
 
     fn about(&self) -> About {
         let (vehicle, design) = (self.plant.vehicle(), self.axes[0].design());
-        let steered = design.steered();
-        let other =
-            |axis: &Axis| format!(" and that of {} '{}'", axis.design().steered(), axis.design().design);
+        let steered = design.steered_signal();
+        let other = |axis: &Axis| {
+            format!(" and that of {} '{}'", axis.design().steered_signal(), axis.design().design)
+        };
         let turning: String = self.axes.iter().skip(1).map(other).collect();
         About {
             identifier: identifier(&vehicle.name),

@@ -148,7 +148,10 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let references = followed(model).map(move |(index, signal, reference)| {
         let one = Variable::real(
             reference.name,
-            format!("{}, while manual is true; until it is set, that of the default start", reference.wanted),
+            format!(
+                "{}, while manual is true; until it is set, that of the default start",
+                reference.description
+            ),
             move |m| m.outside.references[index],
             Role::input(move |m, v| m.outside.references[index] = v),
         )
@@ -208,7 +211,7 @@ fn states(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let of_plant = squid_fmu_plant::states(&model.plant).into_iter().map(of_plant);
     of_plant.map(move |one| one.depends_only_where(&known)).map(|one| match one.name() {
         "surge_over_ground" | "sway_over_ground" | "heave_over_ground" => {
-            let waves: &[&str] = if model.plant.can_meet_waves() { &WAVES } else { &[] };
+            let waves: &[&str] = if model.plant.supports_waves() { &WAVES } else { &[] };
             let heading: &[&str] = if model.turns() { &["initial_heading"] } else { &[] };
             let knowns = [&knowns_of_start(model)[..], heading, of_current(&model.plant), waves];
             one.initially_depends_on(&knowns.concat())
@@ -310,7 +313,7 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
             format!("{}_used", reference.name),
             format!(
                 "{}, at the last tick, of the manoeuvre or the input, within the envelope",
-                reference.wanted
+                reference.description
             ),
             move |m: &ClosedLoop| m.reference_used(index),
             Role::output(),

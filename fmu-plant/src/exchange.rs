@@ -36,7 +36,7 @@ impl PlantModel {
 
     /// Returns the output that an input requests from an actuator.
     fn requested_output(&self, index: usize) -> f64 {
-        self.plant.actuators()[index].asked(self.inputs.commands[index]).0
+        self.plant.actuators()[index].requested_output(self.inputs.commands[index]).0
     }
 
     /// Applies the commands; an actuator without lag follows immediately.

@@ -105,7 +105,8 @@ impl PlantModel {
         let lpv = Arc::new(lpv);
         let mut plant = plant_of(&vehicle, &lpv)?;
         plant.start(0.0, &trim)?;
-        let commands = vehicle.actuators.iter().zip(row.actuators).map(|(one, output)| one.taken(output).0);
+        let commands =
+            vehicle.actuators.iter().zip(row.actuators).map(|(one, output)| one.input_for(output).0);
         Ok(Self {
             settings: Settings {
                 coefficients: vehicle.coefficients.clone(),
@@ -157,7 +158,7 @@ impl PlantModel {
     }
 
     /// Returns `true` if waves can be simulated, for which the dimensions of the hull must be known.
-    pub fn can_meet_waves(&self) -> bool {
+    pub fn supports_waves(&self) -> bool {
         self.vehicle.geometry.is_some()
     }
 
@@ -276,10 +277,10 @@ impl PlantModel {
         (self.requested.given_speed, self.requested.load) = (self.slopes.given_speed, self.slopes.load);
         for (index, actuator) in self.vehicle.actuators.iter().enumerate() {
             let (command, slope) = (self.inputs.commands[index], self.slopes.commands[index]);
-            let now = actuator.asked(command).0;
+            let now = actuator.requested_output(command).0;
             self.plant.set_command(index, now)?;
             let curved = actuator.curve.is_some() && slope != 0.0 && duration > 0.0;
-            let end = || actuator.asked(command + slope * duration).0;
+            let end = || actuator.requested_output(command + slope * duration).0;
             self.requested.commands[index] = if curved { (end() - now) / duration } else { slope };
         }
         self.plant.set_current(self.inputs.current)?;

@@ -11,7 +11,7 @@ type Role<T> = squid_fmi2::Role<PlantModel, T>;
 /// Returns the variables for model exchange: the velocities over ground, which are not outputs, and the derivatives of
 /// all states in the order of the states.
 pub fn states(model: &PlantModel) -> Vec<Variable> {
-    let waves: &[&str] = if model.can_meet_waves() { &WAVES } else { &[] };
+    let waves: &[&str] = if model.supports_waves() { &WAVES } else { &[] };
     let heading: &[&str] = if model.turns() { &["initial_heading"] } else { &[] };
     let knowns = [&knowns_of_trim(model)[..], heading, of_current(model), waves].concat();
     let directions = [
@@ -108,7 +108,7 @@ fn names<'a>(model: &'a PlantModel, indices: &'a [usize]) -> impl Iterator<Item 
 /// Returns the names of the variables on which the accelerations depend.
 fn knowns_of_dynamics(model: &PlantModel) -> Vec<String> {
     let has_effect = |index: &usize| match *index {
-        index::NORTH | index::EAST => model.can_meet_waves(),
+        index::NORTH | index::EAST => model.supports_waves(),
         _ => true,
     };
     let states: Vec<usize> = model.indices().iter().copied().filter(has_effect).collect();

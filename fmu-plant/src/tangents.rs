@@ -83,7 +83,7 @@ impl PlantModel {
 
     /// Returns the output that an input requests from an actuator, with its derivative.
     fn seeded_command(&self, index: usize, tangents: &[f64]) -> Dual64 {
-        let (output, slope) = self.plant.actuators()[index].asked(self.inputs.commands[index]);
+        let (output, slope) = self.plant.actuators()[index].requested_output(self.inputs.commands[index]);
         Dual64::new(output, slope * tangents[Q::command(index)])
     }
 

@@ -164,14 +164,14 @@ pub const GIVEN_SPEED: &str = "given_speed";
 
 fn command(index: usize, actuator: &Actuator) -> Variable {
     let through = if actuator.curve.is_some() { ", which its curve turns into a thrust" } else { "" };
-    let sign = actuator.sign_in_words().map_or(String::new(), |sign| format!("; {sign}"));
+    let sign = actuator.effect_of_sign().map_or(String::new(), |sign| format!("; {sign}"));
     let description =
         format!("command to {}{through}; beyond its limits it goes to the limit{sign}", actuator.name);
-    let (least, most) = (actuator.taken(actuator.min).0, actuator.taken(actuator.max).0);
+    let (least, most) = (actuator.input_for(actuator.min).0, actuator.input_for(actuator.max).0);
     let get = move |m: &PlantModel| m.inputs.commands[index];
     let set = move |m: &mut PlantModel, v| m.inputs.commands[index] = v;
     Variable::real(&actuator.name, description, get, Role::input(set))
-        .unit(actuator.taken_unit())
+        .unit(actuator.input_unit())
         .range(least, most)
         .nominal(least.abs().max(most.abs()))
         .quantity(Quantity::command(index))
@@ -214,7 +214,7 @@ fn output(
 /// Adds the dependencies of a velocity through the water: velocity over ground, angles, current, and position in waves.
 fn through_water(model: &PlantModel, one: Variable, quantity: Quantity, own: &[&str]) -> Variable {
     let angles: &[&str] = if model.turns() { &["roll", "pitch", "heading"] } else { &["pitch"] };
-    let position: &[&str] = match (model.can_meet_waves(), model.turns()) {
+    let position: &[&str] = match (model.supports_waves(), model.turns()) {
         (false, _) => &[],
         (true, false) => &["distance", "depth"],
         (true, true) => &["north", "east", "depth"],
@@ -424,7 +424,7 @@ fn bottom(model: &PlantModel) -> Vec<Variable> {
 
 /// Returns the parameters of the waves; none if the dimensions of the vehicle are unknown.
 fn waves(model: &PlantModel) -> Vec<Variable> {
-    if !model.can_meet_waves() {
+    if !model.supports_waves() {
         return vec![];
     }
     let [height, period, gamma, heading, seed] = WAVES;

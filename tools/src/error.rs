@@ -83,8 +83,8 @@ impl Error {
         }
     }
 
-    /// Returns the answer for programs: `status`, the key of the error, `reason` in a sentence, and each mistake in a file with
-    /// its line, its key and what is allowed.
+    /// Returns the answer for programs: `status`, the key of the error, `reason` in a sentence, and each mistake in a
+    /// file with its line, its key and what is allowed.
     pub fn answer(&self) -> Value {
         let key: &'static str = self.into();
         let mut answer = json!({ "status": self.status(), "key": key, "reason": self.to_string() });

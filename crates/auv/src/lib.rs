@@ -88,7 +88,7 @@ pub use vehicle::json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};
 pub use vehicle::surge::Surge;
 pub use vehicle::{PublishedLinearModel, Vehicle};
 pub use view::{
-    Each, EachTracked, LATERAL, LONGITUDINAL, MOST_SIGNALS, REFERENCES, ROLL, Sensed, TRACKED, VIEWS, View,
-    lateral, longitudinal, only, references, roll,
+    LATERAL, LONGITUDINAL, MOST_SIGNALS, PerReference, PerSignal, REFERENCES, ROLL, Sensed, TRACKED, VIEWS,
+    View, lateral, longitudinal, only, references, roll,
 };
 pub use words::{number, readable, rounded};

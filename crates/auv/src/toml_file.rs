@@ -52,7 +52,7 @@ impl<'a> Document<'a> {
         for (at, error) in errors {
             if error.message() == "duplicate key" {
                 let key = error.span().and_then(|span| text.get(span)).unwrap_or_default().to_owned();
-                document.blame(at, FileProblem::Twice { key });
+                document.blame(at, FileProblem::DuplicateKey { key });
             } else {
                 // Further errors may be consequences of this one.
                 let message = error.message().to_owned();

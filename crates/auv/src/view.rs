@@ -28,13 +28,13 @@ pub const MOST_SIGNALS: usize = {
 pub const TRACKED: usize = 3;
 
 /// Value for each signal of an axis, in the order of its view; a view with fewer signals leaves the rest unused.
-pub type Each<T> = [T; MOST_SIGNALS];
+pub type PerSignal<T> = [T; MOST_SIGNALS];
 
 /// Value for each row of [`longitudinal::SIGNALS`] that can be tracked.
-pub type EachTracked<T> = [T; TRACKED];
+pub type PerReference<T> = [T; TRACKED];
 
 /// Returns a value for the signal at an index of [`longitudinal::SIGNALS`], and 0 for the others that can be tracked.
-pub fn only(index: usize, value: f64) -> EachTracked<f64> {
+pub fn only(index: usize, value: f64) -> PerReference<f64> {
     std::array::from_fn(|one| if one == index { value } else { 0.0 })
 }
 
@@ -82,7 +82,7 @@ pub struct View {
     /// Returns `true` if an axis of this view commands an actuator.
     pub acts: fn(&Actuator) -> bool,
     /// Message for a missing actuator: its effect, and its keys in the vehicle file.
-    pub needs: &'static str,
+    pub missing_actuator: &'static str,
     /// Index in a [`Load`](crate::Load) of the moment of this view.
     pub moment: usize,
 }
@@ -98,7 +98,7 @@ pub static LONGITUDINAL: View = View {
     },
     is_level_held: false,
     acts: Actuator::acts_in_plane,
-    needs: "moves the vehicle in the vertical plane: give it a thruster, or stern planes (M_uu_delta)",
+    missing_actuator: "moves the vehicle in the vertical plane: give it a thruster, or stern planes (M_uu_delta)",
     moment: 4,
 };
 
@@ -110,7 +110,7 @@ pub static LATERAL: View = View {
     states: |_, uses| lateral::states(uses(lateral::ROLL)),
     is_level_held: true,
     acts: Actuator::yaws_alone,
-    needs: "yaws the vehicle and does nothing in the vertical plane: give it a rudder (N_uu_delta), or a group of \
+    missing_actuator: "yaws the vehicle and does nothing in the vertical plane: give it a rudder (N_uu_delta), or a group of \
             thrusters with N_T",
     moment: 5,
 };
@@ -123,7 +123,7 @@ pub static ROLL: View = View {
     states: |_, _| &roll::STATES,
     is_level_held: true,
     acts: Actuator::rolls_alone,
-    needs: "rolls the vehicle and does nothing else: give it fins that are deflected against one another \
+    missing_actuator: "rolls the vehicle and does nothing else: give it fins that are deflected against one another \
             (K_uu_delta), or a group of thrusters with K_T",
     moment: 3,
 };
@@ -146,7 +146,7 @@ impl View {
     }
 
     /// Returns the measurements in a state, SI, in the order of the interface.
-    pub fn measured(&self, state: &State) -> Each<f64> {
+    pub fn measured(&self, state: &State) -> PerSignal<f64> {
         let mut all = [0.0; MOST_SIGNALS];
         all.iter_mut().zip(self.sensed).for_each(|(value, one)| *value = (one.value)(state));
         all
@@ -154,7 +154,7 @@ impl View {
 
     /// Returns a state with an offset, SI, of each signal; an offset of 0 changes no bit.
     #[must_use]
-    pub fn displaced(&self, mut state: State, by: Each<f64>) -> State {
+    pub fn with_offset(&self, mut state: State, by: PerSignal<f64>) -> State {
         let shifted = self.sensed.iter().zip(by).filter(|(_, by)| *by != 0.0);
         shifted.for_each(|(one, by)| (one.displace)(&mut state, by));
         state
@@ -204,11 +204,11 @@ mod tests {
             for index in 0..view.sensed.len() {
                 let mut by = [0.0; MOST_SIGNALS];
                 by[index] = 0.03;
-                let (before, after) = (view.measured(&state), view.measured(&view.displaced(state, by)));
+                let (before, after) = (view.measured(&state), view.measured(&view.with_offset(state, by)));
                 let name = view.sensed[index].signal.name;
                 assert!((after[index] - before[index] - 0.03).abs() < 1e-13, "{name}: {before:?} {after:?}");
             }
-            assert_eq!(view.displaced(state, [0.0; MOST_SIGNALS]), state);
+            assert_eq!(view.with_offset(state, [0.0; MOST_SIGNALS]), state);
         }
         assert_eq!(VIEWS.map(|view| view.origin(&state)), [8.0, 0.4, 0.0]);
     }

@@ -75,7 +75,7 @@ pub struct Results(Vec<(String, String)>);
 
 impl Results {
     /// Runs the work; returns its value and the results that it reported.
-    pub fn of<T>(work: impl FnOnce(&Progress) -> T) -> (T, Self) {
+    pub fn collect<T>(work: impl FnOnce(&Progress) -> T) -> (T, Self) {
         let results = Mutex::new(vec![]);
         let store = |event: Event| {
             if let Event::Done { stage, figures } = event {
@@ -88,7 +88,7 @@ impl Results {
     }
 
     /// Reports the stored results in order.
-    pub fn tell(&self, progress: &Progress) {
+    pub fn report(&self, progress: &Progress) {
         self.0.iter().for_each(|(stage, figures)| progress.done(stage, figures));
     }
 }

@@ -76,7 +76,13 @@ fn gains_at_speed(
         Some((*flight, all.closed(&delta).map_or(f64::INFINITY, |closed| closed.hinf_norm().value)))
     };
     let drawn: Vec<(u64, f64)> = flights.par_iter().filter_map(one).collect();
-    Ok(Gains { axis: axis.steered().name, speed, outside: flights.len() - drawn.len(), drawn, guaranteed })
+    Ok(Gains {
+        axis: axis.steered_signal().name,
+        speed,
+        outside: flights.len() - drawn.len(),
+        drawn,
+        guaranteed,
+    })
 }
 
 /// Returns the uncertainty matrix of the vehicle of a flight; `None` if its trim is outside the ranges of the model.

@@ -12,7 +12,7 @@ use squid_flight::flight::{Flight, Row as Tick, Surfacing, Variations, fly_varie
 use squid_flight::metrics::{StepFigures, rms};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
-use squid_flight::whole::{WholeFlight, fly_whole};
+use squid_flight::whole::{SixDofFlight, fly_six_dof};
 use squid_scheduled::Manoeuvre;
 use squid_signals::Signal;
 
@@ -163,7 +163,7 @@ impl Plan<'_> {
     pub fn figures(&self) -> Vec<(String, &'static str)> {
         let mut all = vec![(TIME.0.to_owned(), TIME.1)];
         for (index, axis) in self.axes.iter().enumerate() {
-            let steered = axis.steered();
+            let steered = axis.steered_signal();
             for (name, unit) in FIGURES.into_iter().filter(|(name, _)| index == 0 || !is_of_speed(name)) {
                 all.push(match name {
                     "error_rms" => (format!("{}_error_rms", steered.name), steered.unit),
@@ -182,8 +182,10 @@ impl Plan<'_> {
 
     /// Returns names and units of the drawn numbers of a row.
     pub fn drawn(&self) -> Vec<(String, &'static str)> {
-        let steps =
-            self.axes.iter().map(|axis| (format!("{}_step", axis.steered().name), axis.steered().unit));
+        let steps = self
+            .axes
+            .iter()
+            .map(|axis| (format!("{}_step", axis.steered_signal().name), axis.steered_signal().unit));
         let speeds_and_steps = SPEEDS.iter().map(|(name, unit)| ((*name).to_owned(), *unit)).chain(steps);
         let starts = self.identity.starts.off();
         let starts = starts.map(|(_, signal)| (format!("{}_off_trim", signal.name), signal.unit));
@@ -197,7 +199,7 @@ impl Plan<'_> {
     ///
     /// # Errors
     /// Errors in the inputs only; the failure of a vehicle is an [`Outcome`].
-    pub fn fly(&self, number: u64) -> Result<(Row, Option<WholeFlight>), FlightError> {
+    pub fn fly(&self, number: u64) -> Result<(Row, Option<SixDofFlight>), FlightError> {
         let drawn = self.draw(number);
         let (outcome, figures, flight) = match self.simulate(&drawn) {
             Ok(flight) => {
@@ -214,7 +216,7 @@ impl Plan<'_> {
 
     fn row_of(&self, flight: u64, drawn: &Drawn, outcome: Outcome, figures: Vec<f64>) -> Row {
         let Manoeuvre { speed_from, speed_to, .. } = drawn.manoeuvre;
-        let steps = self.axes.iter().map(|axis| drawn.manoeuvre.step(axis.steered().name));
+        let steps = self.axes.iter().map(|axis| drawn.manoeuvre.step(axis.steered_signal().name));
         let values = self.values(drawn).map(|(_, value)| value);
         let starts = self.identity.starts.off().map(|(index, _)| drawn.off_trim[index]);
         let drawn = [speed_from, speed_to].into_iter().chain(steps).chain(starts).chain(values).collect();
@@ -241,22 +243,22 @@ impl Plan<'_> {
         perturbed(self.vehicle, &self.uncertain, &drawn.delta)
     }
 
-    fn simulate(&self, drawn: &Drawn) -> Result<WholeFlight, FlightError> {
+    fn simulate(&self, drawn: &Drawn) -> Result<SixDofFlight, FlightError> {
         let (vehicle, gains, sea) = (self.vehicle_of(drawn), self.gains(drawn), self.sea_of(drawn));
         let Axis { inputs, stored, .. } = self.first();
         let level = inputs.design.level();
         let variations =
-            Variations { sea: sea.as_ref(), gains: &gains, off_trim: drawn.off_trim, spells: &[] };
+            Variations { sea: sea.as_ref(), gains: &gains, off_trim: drawn.off_trim, disturbances: &[] };
         if self.axes.len() > 1 {
             let designs: Vec<_> = self.axes.iter().map(|axis| &axis.stored.controller).collect();
-            return fly_whole(&vehicle, &designs, level, &drawn.manoeuvre, &variations);
+            return fly_six_dof(&vehicle, &designs, level, &drawn.manoeuvre, &variations);
         }
         let flight = fly_varied(&vehicle, &stored.controller, level, &drawn.manoeuvre, &variations)?;
-        Ok(WholeFlight { states: Vec::new(), axes: vec![flight], held: Vec::new() })
+        Ok(SixDofFlight { states: Vec::new(), axes: vec![flight], held: Vec::new() })
     }
 
     /// Returns the record of a flight.
-    pub fn record(&self, flight: &WholeFlight) -> Record {
+    pub fn record(&self, flight: &SixDofFlight) -> Record {
         let designs: Vec<_> = self
             .axes
             .iter()
@@ -264,7 +266,7 @@ impl Plan<'_> {
             .collect();
         match (&flight.axes[..], &designs[..]) {
             ([alone], [(actuators, design)]) => Record::of(alone, actuators, design),
-            _ => Record::of_whole(flight, &self.vehicle.actuators, &designs),
+            _ => Record::of_six_dof(flight, &self.vehicle.actuators, &designs),
         }
     }
 
@@ -288,13 +290,13 @@ fn is_of_speed(name: &str) -> bool {
 
 impl Axis<'_> {
     /// Returns the controlled signal.
-    pub fn steered(&self) -> &'static Signal {
+    pub fn steered_signal(&self) -> &'static Signal {
         &self.inputs.design.interface.signals[self.inputs.design.stepped()]
     }
 
     fn evaluate(&self, flight: &Flight, manoeuvre: &Manoeuvre) -> (Outcome, [f64; FIGURES.len()]) {
         let (rows, limits, stepped) = (&flight.rows, self.inputs.limits(), self.inputs.design.stepped());
-        let step = (manoeuvre.step_time, manoeuvre.step(self.steered().name));
+        let step = (manoeuvre.step_time, manoeuvre.step(self.steered_signal().name));
         let figures = StepFigures::of_flight(flight, stepped, step, &limits);
         let at_limit =
             |commands: &[f64]| commands.iter().zip(&limits).any(|(c, (low, high))| c <= low || c >= high);

@@ -6,7 +6,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
 use sobol_burley::NUM_DIMENSIONS;
-use squid_auv::Each;
+use squid_auv::PerSignal;
 use squid_auv::{Parameter, Speed, Vehicle, trim_with};
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
@@ -108,7 +108,7 @@ pub struct Drawn {
     /// Manoeuvre of the design, between two speeds in its range and with the step up or down.
     pub manoeuvre: Manoeuvre,
     /// Initial deviation of each signal from trim, SI.
-    pub off_trim: Each<f64>,
+    pub off_trim: PerSignal<f64>,
     /// Seed of the waves, the current and the sensor errors; at most [`i32::MAX`], as FMUs require.
     pub sea_seed: u64,
 }
@@ -219,7 +219,7 @@ impl<'a> Plan<'a> {
 
     /// Returns the campaign with initial deviations from trim.
     #[must_use]
-    pub fn starting(mut self, starts: Starts) -> Self {
+    pub fn with_starts(mut self, starts: Starts) -> Self {
         self.identity.starts = starts;
         self
     }
@@ -229,7 +229,7 @@ impl<'a> Plan<'a> {
     /// # Errors
     /// [`Error::NotOfFmus`]: FMUs start in trim, have a default number of wave components, a steady current and no
     /// actuator parameters, and cannot scale the thrust of a thruster with a curve.
-    pub fn by_fmus(mut self) -> Result<Self, Error> {
+    pub fn with_fmus(mut self) -> Result<Self, Error> {
         let effect =
             |block: &&Block| matches!(block.uncertain, Uncertain::Parameter(Parameter::Effect { .. }));
         let curve = |block: &&Block| match block.uncertain {

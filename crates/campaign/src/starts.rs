@@ -1,7 +1,7 @@
 //! Initial deviations from trim.
 
 use serde::{Deserialize, Serialize};
-use squid_auv::Each;
+use squid_auv::PerSignal;
 use squid_auv::longitudinal::SIGNALS;
 use squid_signals::Signal;
 use std::fmt::{Display, Formatter};
@@ -12,7 +12,7 @@ use std::str::FromStr;
 /// The text form is a list such as `pitch=10deg,heave=0.1m/s`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
-pub struct Starts(pub Each<f64>);
+pub struct Starts(pub PerSignal<f64>);
 
 impl Starts {
     /// Returns `true` if all flights start in trim.

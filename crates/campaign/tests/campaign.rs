@@ -10,7 +10,7 @@ use squid_campaign::run::{BATCH, missing, results, run};
 use squid_campaign::starts::Starts;
 use squid_design::inputs::Inputs;
 use squid_design::store::{Stored, load};
-use squid_flight::whole::WholeFlight;
+use squid_flight::whole::SixDofFlight;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -116,7 +116,7 @@ fn flights_start_with_deviations_from_trim() {
     let (inputs, stored) = squid();
     let plan = |points, starts: &str| {
         let plan = Plan::new(&inputs, &stored, None, 1, points).unwrap();
-        if starts.is_empty() { plan } else { plan.starting(starts.parse::<Starts>().unwrap()) }
+        if starts.is_empty() { plan } else { plan.with_starts(starts.parse::<Starts>().unwrap()) }
     };
     let list = "pitch=10deg,heave=0.1m/s";
     let limits = [10f64.to_radians(), 0.0, 0.0, 0.0, 0.1];
@@ -138,7 +138,7 @@ fn flights_start_with_deviations_from_trim() {
     let (row, flight) = off.fly(5).unwrap();
     let names: Vec<String> = off.drawn().into_iter().map(|(name, _)| name).collect();
     assert_eq!(names[3..5], ["pitch_off_trim", "heave_off_trim"]);
-    let initial = |flight: &Option<WholeFlight>| flight.as_ref().unwrap().axes[0].rows[0].signals.measured;
+    let initial = |flight: &Option<SixDofFlight>| flight.as_ref().unwrap().axes[0].rows[0].signals.measured;
     let trim = initial(&in_trim.fly(5).unwrap().1);
     let [pitch, speed, _, pitch_rate, heave, _] = initial(&flight);
     assert!((pitch - trim[0] - row.drawn[3]).abs() < 1e-15 && row.drawn[3].abs() > 1e-3);

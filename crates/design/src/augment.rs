@@ -8,7 +8,7 @@ use squid_auv::Actuator;
 use squid_lpv::lft::Lft;
 use squid_lpv::matrix::{Mat, block};
 use squid_lpv::plant::GeneralisedPlant;
-use squid_lpv::tracking::{ModelPlace, MovingTrim, TrackingProblem, TwoDegrees};
+use squid_lpv::tracking::{ModelPosition, MovingTrim, TrackingProblem, TwoDegrees};
 
 /// States of the wave filter.
 const WAVE_STATES: usize = 2;
@@ -73,12 +73,12 @@ pub fn augment(
 ///
 /// # Errors
 /// The errors of [`augment`].
-pub fn place(actuators: &[Actuator], design: &DesignFile) -> Result<ModelPlace, ModelError> {
+pub fn model_position(actuators: &[Actuator], design: &DesignFile) -> Result<ModelPosition, ModelError> {
     let (n, m) = (design.states.len(), actuators.len());
     let zeros = |rows, columns| Lft::constant(Mat::zeros(rows, columns));
     let waves = design.sea.as_ref().map(|_| zeros(n + WAVE_STATES, WAVE_STATES + 1));
     let model = LinearModel { ab: zeros(n, n + m), trim_slope: zeros(n + m, 1), waves };
-    Ok(problem(actuators, design, model).place()?)
+    Ok(problem(actuators, design, model).model_position()?)
 }
 
 fn problem(actuators: &[Actuator], design: &DesignFile, model: LinearModel) -> TrackingProblem {

@@ -36,7 +36,7 @@ pub trait VehicleModel: Debug + Sync {
     fn actuators(&self) -> &[Actuator];
 
     /// Returns `true` if the speed is imposed from outside, so that it has no reference here.
-    fn speed_given(&self) -> bool;
+    fn is_speed_given(&self) -> bool;
 
     /// Returns the trims at increasing speeds \[m/s\], on one branch.
     ///

@@ -2,7 +2,7 @@
 
 pub mod actuator_names;
 pub mod design_file;
-mod doubts;
+mod remarks;
 mod reweighted;
 pub mod together;
 
@@ -135,7 +135,7 @@ impl Inputs {
     /// The errors of [`read_axes`](Self::read_axes); [`InputError::NoAxis`], [`InputError::SeveralAxes`].
     pub fn read_axis(directory: &Path, name: &str, axis: Option<&str>) -> Result<Self, InputError> {
         let mut axes = Self::read_axes(directory, name)?;
-        let steered: Vec<&str> = axes.iter().map(|inputs| inputs.design.steered()).collect();
+        let steered: Vec<&str> = axes.iter().map(|inputs| inputs.design.steered_signal()).collect();
         let (file, available) = (axes[0].design.file.clone(), steered.join(", "));
         let index = match axis {
             Some(axis) => steered.iter().position(|one| *one == axis).ok_or_else(|| InputError::NoAxis {
@@ -263,7 +263,7 @@ pub fn of_view(whole: &Vehicle, view: &View, [vehicle, design]: [&str; 2]) -> Re
         return Err(InputError::NoLateral { design, tracked, vehicle });
     }
     if own.actuators.is_empty() {
-        return Err(InputError::NothingActs { design, tracked, vehicle, needs: view.needs });
+        return Err(InputError::NothingActs { design, tracked, vehicle, missing: view.missing_actuator });
     }
     Ok(own)
 }

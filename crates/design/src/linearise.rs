@@ -55,7 +55,7 @@ impl VehicleModel for LevelFlight<'_> {
     }
 
     /// Lateral axes do not control the speed; that is the task of the axis of level flight.
-    fn speed_given(&self) -> bool {
+    fn is_speed_given(&self) -> bool {
         self.file.view().is_level_held || self.vehicle.coefficients.surge.is_given()
     }
 

@@ -70,7 +70,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
         return Err(InputError::GivenController { file, what }.into());
     }
     progress.done("vehicle", &vehicle_line(inputs));
-    for text in inputs.doubts() {
+    for text in inputs.remarks() {
         progress.done("", &format!("WARNING: {text}"));
     }
     let (vehicle, file) = (&inputs.axis(), &inputs.design);

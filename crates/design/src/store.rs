@@ -61,7 +61,10 @@ pub fn default_directory(inputs: &Inputs) -> PathBuf {
 /// Returns the directory of the files of an axis: a folder in that of its autopilot, or that itself if there is one
 /// axis.
 pub fn axis_directory(directory: &Path, inputs: &Inputs) -> PathBuf {
-    inputs.design.axis.map_or_else(|| directory.to_owned(), |_| directory.join(inputs.design.steered()))
+    inputs
+        .design
+        .axis
+        .map_or_else(|| directory.to_owned(), |_| directory.join(inputs.design.steered_signal()))
 }
 
 /// Returns the directory of the source of an axis, in C, whose design is stored in a directory.
@@ -298,8 +301,8 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
 /// Reads the files of a design, if they belong to these inputs.
 ///
 /// # Errors
-/// [`StoreError::NotDesigned`] if there is none, [`StoreError::OfAnother`], [`StoreError::Stale`] if the vehicle or the
-/// design file has changed.
+/// [`StoreError::NotDesigned`] if there is none, [`StoreError::OtherDesign`], [`StoreError::Stale`] if the vehicle or
+/// the design file has changed.
 pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     let path = directory.join("controller.json");
     let _lock = reading(&path);
@@ -312,7 +315,7 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     if (vehicle, design) != (&inputs.vehicle.name, &inputs.design.name) {
         let (vehicle, design) = (vehicle.clone(), design.clone());
         return Err(
-            StoreError::OfAnother { directory: directory.display().to_string(), vehicle, design }.into()
+            StoreError::OtherDesign { directory: directory.display().to_string(), vehicle, design }.into()
         );
     }
     if let Some(what) = inputs.changed_since(&controller.inputs) {

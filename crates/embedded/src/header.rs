@@ -97,7 +97,7 @@ pub(crate) fn header(
         ),
         (
             "applied",
-            members(&mut actuators.iter().map(|one| (one.name.clone(), one.taken_unit().to_owned()))),
+            members(&mut actuators.iter().map(|one| (one.name.clone(), one.input_unit().to_owned()))),
         ),
         ("saturated_bits", lines(actuators.iter().enumerate().map(saturated))),
         ("lost_bits", lost_bits(design, &upper)),
@@ -113,15 +113,15 @@ pub(crate) fn header(
 
 /// Returns the member of the outputs for an actuator.
 fn output(actuator: &Actuator, real: &str) -> String {
-    let [least, most] = [actuator.minimum, actuator.maximum].map(|end| actuator.taken(end).0);
+    let [least, most] = [actuator.minimum, actuator.maximum].map(|end| actuator.input_for(end).0);
     let of = match actuator.curve {
         Some(_) => {
             format!("what it takes for {:?} to {:?} {}", actuator.minimum, actuator.maximum, actuator.unit)
         }
         None => "trim and K(rho) y, limited".to_owned(),
     };
-    let sign = actuator.sign_in_words().map_or(String::new(), |words| format!("    /* {words} */\n"));
-    format!("{sign}{real} {}; /* {}, {least:?} to {most:?}: {of} */", actuator.name, actuator.taken_unit())
+    let sign = actuator.effect_of_sign().map_or(String::new(), |words| format!("    /* {words} */\n"));
+    format!("{sign}{real} {}; /* {}, {least:?} to {most:?}: {of} */", actuator.name, actuator.input_unit())
 }
 
 fn stale_after(design: &ControllerDesign, upper: &str) -> String {

@@ -213,7 +213,7 @@ impl Tables<'_> {
                 let name = format!("POINTS_{index}");
                 text +=
                     &self.numbers.table(&name, &points.iter().map(|one| one.to_vec()).collect::<Vec<_>>());
-                let at_rest = self.real.literal(actuator.taken(0.0).0);
+                let at_rest = self.real.literal(actuator.input_for(0.0).0);
                 vec![("points", name), ("count", points.len().to_string()), ("at_rest", at_rest)]
             }
         };

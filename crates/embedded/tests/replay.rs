@@ -141,7 +141,7 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
 
 /// Returns a command in the units of the actuator, occasionally beyond its limits.
 fn any_command(random: &mut Random, actuator: &squid_scheduled::Actuator) -> f64 {
-    let [least, most] = [actuator.minimum, actuator.maximum].map(|end| actuator.taken(end).0);
+    let [least, most] = [actuator.minimum, actuator.maximum].map(|end| actuator.input_for(end).0);
     random.between(1.2 * least - 0.2 * most, 1.2 * most - 0.2 * least)
 }
 
@@ -232,7 +232,8 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> ([usi
             assert_eq!(code, 0, "tick {index}");
             let Flown { autopilot, supervisor } = &flown;
             let outputs = autopilot.outputs();
-            let taken = |(actuator, command): (&squid_scheduled::Actuator, &f64)| actuator.taken(*command).0;
+            let taken =
+                |(actuator, command): (&squid_scheduled::Actuator, &f64)| actuator.input_for(*command).0;
             let commands = design.actuators.iter().zip(supervisor.commands()).map(taken);
             let used = followed(design).map(|index| autopilot.references()[index]);
             let monitors = [outputs.scheduling_parameter, outputs.trim[0]];
@@ -328,7 +329,7 @@ fn single_precision_agrees_with_double_precision() {
                 100..120 => What::Follow,
                 _ => What::Step,
             };
-            let middle = |one: &squid_scheduled::Actuator| one.taken(0.5 * (one.minimum + one.maximum)).0;
+            let middle = |one: &squid_scheduled::Actuator| one.input_for(0.5 * (one.minimum + one.maximum)).0;
             let applied = design.actuators.iter().map(middle).collect();
             (what, inputs.clone(), applied, vec![0.0; SIGNALS])
         };
@@ -339,8 +340,8 @@ fn single_precision_agrees_with_double_precision() {
         for (double, float) in double.iter().zip(&float) {
             assert_eq!(double[0], float[0]);
             for index in 0..m {
-                let span = design.actuators[index].taken(design.actuators[index].maximum).0
-                    - design.actuators[index].taken(design.actuators[index].minimum).0;
+                let span = design.actuators[index].input_for(design.actuators[index].maximum).0
+                    - design.actuators[index].input_for(design.actuators[index].minimum).0;
                 largest = largest.max((double[1 + index] - float[1 + index]).abs() / span);
             }
         }

@@ -1,12 +1,13 @@
 //! Closed-loop simulation of vehicle and autopilot in one process.
 
 use crate::error::Error;
-use crate::held_level::HeldLevel;
+use crate::held_trim::HeldTrim;
 use crate::sea::{Conditions, Sea};
 pub use crate::surfacing::{Surfacing, out_of_water};
 use crate::ticks::{Tick, Ticks};
 use squid_auv::{
-    Current, Each, EachTracked, Load, Pitch, Plant, Speed, State, TRACKED, VIEWS, Vehicle, View, trim_with,
+    Current, Load, PerReference, PerSignal, Pitch, Plant, Speed, State, TRACKED, VIEWS, Vehicle, View,
+    trim_with,
 };
 use squid_scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
 use std::array::from_fn;
@@ -16,9 +17,9 @@ use std::borrow::Cow;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Signals {
     /// Measurement of each signal.
-    pub measured: Each<f64>,
+    pub measured: PerSignal<f64>,
     /// Absolute reference of each signal that can be tracked.
-    pub references: EachTracked<f64>,
+    pub references: PerReference<f64>,
 }
 
 /// Row of the record of a flight.
@@ -29,7 +30,7 @@ pub struct Row {
     /// Measurements and requested references, SI.
     pub signals: Signals,
     /// References as applied by the control law, SI.
-    pub used: EachTracked<f64>,
+    pub used: PerReference<f64>,
     /// Depth, m.
     pub depth: f64,
     /// Scheduling parameter.
@@ -76,7 +77,7 @@ pub struct SeaRow {
     /// Velocity of the water at the vehicle.
     pub water: Current,
     /// Sensor readings, SI.
-    pub read: Each<f64>,
+    pub read: PerSignal<f64>,
 }
 
 /// The output of a control law at a tick.
@@ -84,7 +85,7 @@ struct LawOutput {
     /// Commands, N or rad.
     commands: Vec<f64>,
     /// The references as the law used them.
-    references: EachTracked<f64>,
+    references: PerReference<f64>,
     /// The scheduling parameter.
     rho: f64,
     /// `true` if the speed is outside the range of the design.
@@ -125,7 +126,7 @@ pub fn fly_at_sea(
 }
 
 /// Returns the references as last applied by an autopilot; 0 for signals that its axis does not track.
-pub fn used(autopilot: &Autopilot) -> EachTracked<f64> {
+pub fn used(autopilot: &Autopilot) -> PerReference<f64> {
     from_fn(|index| autopilot.references().get(index).copied().unwrap_or_default())
 }
 
@@ -138,14 +139,14 @@ pub struct Variations<'a> {
     /// rows of the flight contain the outputs.
     pub gains: &'a [f64],
     /// Initial deviation of each signal from trim, SI.
-    pub off_trim: Each<f64>,
+    pub off_trim: PerSignal<f64>,
     /// Disturbances, each for some time; they add.
-    pub spells: &'a [Spell],
+    pub disturbances: &'a [TemporaryDisturbance],
 }
 
 /// Temporary disturbance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spell {
+pub struct TemporaryDisturbance {
     /// Disturbance at full size.
     pub disturbance: Disturbance,
     /// Time at which it begins to rise, s.
@@ -156,7 +157,7 @@ pub struct Spell {
     pub rise: f64,
 }
 
-impl Spell {
+impl TemporaryDisturbance {
     /// A disturbance that begins as a step at a time, s, and stays.
     pub fn lasting(disturbance: Disturbance, from: f64) -> Self {
         Self { disturbance, from, to: f64::INFINITY, rise: 0.0 }
@@ -222,7 +223,7 @@ pub fn fly_with(
     design: &ControllerDesign,
     (depth, pitch): (f64, &Pitch),
     manoeuvre: &Manoeuvre,
-    &Variations { sea, gains, off_trim, spells }: &Variations<'_>,
+    &Variations { sea, gains, off_trim, disturbances }: &Variations<'_>,
     mut law: impl FnMut(&Autopilot, &Inputs, f64) -> Vec<f64>,
 ) -> Result<Flight, Error> {
     manoeuvre.check_steps(design)?;
@@ -240,7 +241,7 @@ pub fn fly_with(
     let unknown = || Error::NoSuchView { signals: names().collect::<Vec<_>>().join(", ") };
     let view = VIEWS.iter().find(has).ok_or_else(unknown)?;
     let start = Start::new(vehicle, view, level, manoeuvre.speed_reference(0.0), conditions, off_trim)?;
-    start.fly((manoeuvre, spells), sample_time, &trims, |measured| {
+    start.fly((manoeuvre, disturbances), sample_time, &trims, |measured| {
         if !std::mem::replace(&mut started, true) {
             autopilot.initialise(0.0, measured)?;
         }
@@ -267,7 +268,7 @@ struct Start {
     depth: f64,
     conditions: Option<Conditions>,
     /// Level flight that is held, for an axis of heading.
-    level: Option<HeldLevel>,
+    level: Option<HeldTrim>,
 }
 
 impl Start {
@@ -279,7 +280,7 @@ impl Start {
         (depth, pitch): (f64, &Pitch),
         speed: f64,
         conditions: Option<Conditions>,
-        off_trim: Each<f64>,
+        off_trim: PerSignal<f64>,
     ) -> Result<Self, Error> {
         let plane = if view.is_level_held { Cow::Owned(vehicle.in_plane()) } else { Cow::Borrowed(vehicle) };
         let mut trim = trim_with(&plane, Speed::Path(speed), depth, pitch)
@@ -293,14 +294,14 @@ impl Start {
         }
         plant.start(0.0, &trim)?;
         let origin = view.origin(&plant.state());
-        plant.set_state(&view.displaced(plant.state(), off_trim));
-        let level = view.is_level_held.then(|| HeldLevel::new(plane.into_owned(), pitch.clone(), trim));
+        plant.set_state(&view.with_offset(plant.state(), off_trim));
+        let level = view.is_level_held.then(|| HeldTrim::new(plane.into_owned(), pitch.clone(), trim));
         Ok(Self { view, plant, origin, depth, conditions, level })
     }
 
     fn fly(
         self,
-        (manoeuvre, spells): (&Manoeuvre, &[Spell]),
+        (manoeuvre, disturbances): (&Manoeuvre, &[TemporaryDisturbance]),
         sample_time: f64,
         trims: &Trim,
         mut law: impl FnMut(&Inputs) -> Result<LawOutput, Error>,
@@ -313,14 +314,14 @@ impl Start {
         let mut inputs = Inputs { measured: vec![0.0; signals], references: vec![0.0; signals.min(TRACKED)] };
         let environment = |time: f64, plant: &mut Plant| {
             let speed = manoeuvre.speed_reference(time);
-            let Disturbance { current, load } = Spell::sum(spells, time);
+            let Disturbance { current, load } = TemporaryDisturbance::sum(disturbances, time);
             let forward_speed = trims.forward_speed(speed);
             plant.set_load(load)?;
             plant.set_given_speed(forward_speed)?;
             if let Some(level) = &mut level {
                 plant.hold_level(level.at(speed)?);
             }
-            let mut references = EachTracked::default();
+            let mut references = PerReference::default();
             for (index, (value, signal)) in references.iter_mut().zip(view.interface.signals).enumerate() {
                 *value = manoeuvre.above_trim(time, signal.name) + trims.signal(forward_speed, index, origin);
             }
@@ -383,10 +384,10 @@ pub fn fly_open_loop(
     interval: f64,
     duration: f64,
 ) -> Result<Vec<(f64, f64)>, Error> {
-    let Start { mut plant, level: held_level, .. } =
-        Start::new(vehicle, view, level, speed, None, Each::default())?;
-    if let Some(held_level) = &held_level {
-        plant.hold_level(held_level.trim());
+    let Start { mut plant, level: held_trim, .. } =
+        Start::new(vehicle, view, level, speed, None, PerSignal::default())?;
+    if let Some(held_trim) = &held_trim {
+        plant.hold_level(held_trim.trim());
     }
     let angle = |state: &State| (view.sensed[0].value)(state);
     let start = angle(&plant.state());

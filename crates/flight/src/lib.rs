@@ -2,7 +2,7 @@
 
 pub mod error;
 pub mod flight;
-mod held_level;
+mod held_trim;
 pub mod metrics;
 pub mod record;
 pub mod sea;

@@ -1,7 +1,7 @@
 //! Record of a flight; its columns have the names of the outputs of `squid.fmu`.
 
 use crate::flight::{Flight, Row, SeaRow};
-use crate::whole::WholeFlight;
+use crate::whole::SixDofFlight;
 use squid_auv::longitudinal::SPEED;
 use squid_auv::{Actuator, State};
 use squid_scheduled::ControllerDesign;
@@ -56,7 +56,7 @@ impl Record {
         add("scheduling_parameter", "", &|r| r.rho);
         add("speed_out_of_range", "", &|r| f64::from(u8::from(r.out_of_range)));
         for (j, actuator) in actuators.iter().enumerate() {
-            add(&actuator.name, actuator.taken_unit(), &|r| actuator.taken(r.commands[j]).0);
+            add(&actuator.name, actuator.input_unit(), &|r| actuator.input_for(r.commands[j]).0);
         }
         if !flight.sea.is_empty() {
             let mut add = |heading: String, of: &dyn Fn(&SeaRow) -> f64| {
@@ -75,8 +75,8 @@ impl Record {
     /// Returns the record of a flight in six degrees of freedom, from the actuators of the vehicle, and actuators and
     /// design of each axis; the columns are named as in [`Record::of`]. At sea it includes the elevation, the velocity
     /// of the water and the sensor readings.
-    pub fn of_whole(
-        flight: &WholeFlight,
+    pub fn of_six_dof(
+        flight: &SixDofFlight,
         actuators: &[Actuator],
         axes: &[(&[Actuator], &ControllerDesign)],
     ) -> Self {
@@ -108,10 +108,10 @@ impl Record {
         for (actuator, held) in actuators.iter().zip(&flight.held) {
             let own = flown().find_map(|(_, ((own, _), flown))| {
                 let index = own.iter().position(|one| one.name == actuator.name)?;
-                Some(flown.rows.iter().map(|row| actuator.taken(row.commands[index]).0).collect())
+                Some(flown.rows.iter().map(|row| actuator.input_for(row.commands[index]).0).collect())
             });
-            let idle = || vec![actuator.taken(*held).0; flight.states.len()];
-            let heading = format!("{} [{}]", actuator.name, actuator.taken_unit());
+            let idle = || vec![actuator.input_for(*held).0; flight.states.len()];
+            let heading = format!("{} [{}]", actuator.name, actuator.input_unit());
             columns.push((heading, own.unwrap_or_else(idle)));
         }
         if !first.sea.is_empty() {

@@ -1,7 +1,7 @@
 //! Environment of a flight: waves, current and sensor errors.
 
 use crate::error::Error;
-use squid_auv::{Bottom, Current, Each, Surroundings, VIEWS, Vehicle, View, Water};
+use squid_auv::{Bottom, Current, PerSignal, Surroundings, VIEWS, Vehicle, View, Water};
 use squid_sea::{GaussMarkov, Layers, Sensor, SensorErrors, Spectrum, Wandering, Waves};
 use squid_signals::Signal;
 use std::sync::Arc;
@@ -163,7 +163,7 @@ impl Conditions {
     }
 
     /// Returns the sensor readings at the next tick for the signals of the first of [`VIEWS`].
-    pub(crate) fn read(&mut self, measured: &Each<f64>) -> Each<f64> {
+    pub(crate) fn read(&mut self, measured: &PerSignal<f64>) -> PerSignal<f64> {
         let mut readings = *measured;
         let own = self.sensors.iter_mut().take(VIEWS[0].sensed.len());
         readings.iter_mut().zip(own).for_each(|(value, sensor)| *value = sensor.read(*value));
@@ -172,7 +172,10 @@ impl Conditions {
 
     /// Returns the sensor readings at the next tick for the signals of each of [`VIEWS`]; a signal of several views has
     /// one sensor.
-    pub(crate) fn read_all(&mut self, measured: &[Each<f64>; VIEWS.len()]) -> [Each<f64>; VIEWS.len()] {
+    pub(crate) fn read_all(
+        &mut self,
+        measured: &[PerSignal<f64>; VIEWS.len()],
+    ) -> [PerSignal<f64>; VIEWS.len()] {
         let mut readings = *measured;
         for (index, sensor) in self.sensors.iter_mut().enumerate() {
             let mut value = None;

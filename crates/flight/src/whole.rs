@@ -1,16 +1,18 @@
 //! Closed-loop simulation in six degrees of freedom: one autopilot per axis.
 
 use crate::error::Error;
-use crate::flight::{Flight, Row, SeaRow, Signals, Spell, Variations, used};
+use crate::flight::{Flight, Row, SeaRow, Signals, TemporaryDisturbance, Variations, used};
 use crate::surfacing::Surfacing;
 use crate::ticks::{Tick, Ticks};
 use squid_auv::longitudinal::SPEED;
-use squid_auv::{Each, EachTracked, LONGITUDINAL, Pitch, Plant, Speed, State, VIEWS, Vehicle, trim_with};
+use squid_auv::{
+    LONGITUDINAL, PerReference, PerSignal, Pitch, Plant, Speed, State, VIEWS, Vehicle, trim_with,
+};
 use squid_scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs};
 
 /// Flight in six degrees of freedom, from trim to the end of its manoeuvre, or to the surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct WholeFlight {
+pub struct SixDofFlight {
     /// Position and motion at each tick, all below the surface; the heading is not wrapped.
     pub states: Vec<State>,
     /// Flight of each axis, in the order of the designs: its signals, and the commands of its actuators.
@@ -19,7 +21,7 @@ pub struct WholeFlight {
     pub held: Vec<f64>,
 }
 
-impl WholeFlight {
+impl SixDofFlight {
     /// Returns the surfacing of the vehicle, if it left the water.
     pub fn surfacing(&self) -> Option<Surfacing> {
         self.axes.first().and_then(|flight| flight.surfacing)
@@ -57,11 +59,11 @@ impl Axis {
     }
 
     /// Returns the references of a manoeuvre relative to a start.
-    fn references(&self, start: &State, manoeuvre: &Manoeuvre, time: f64) -> EachTracked<f64> {
+    fn references(&self, start: &State, manoeuvre: &Manoeuvre, time: f64) -> PerReference<f64> {
         let (view, trims) = (VIEWS[self.view], self.autopilot.trim());
         let forward = trims.forward_speed(manoeuvre.speed_reference(time));
         let origin = view.origin(start);
-        let mut all = EachTracked::default();
+        let mut all = PerReference::default();
         for (index, (value, signal)) in all.iter_mut().zip(view.interface.signals).enumerate() {
             let above = if index == SPEED { 0.0 } else { manoeuvre.above_trim(time, signal.name) };
             *value = trims.signal(forward, index, origin) + above;
@@ -72,7 +74,7 @@ impl Axis {
     /// Runs a tick with the sensor readings.
     fn tick(
         &mut self,
-        readings: &Each<f64>,
+        readings: &PerSignal<f64>,
         signals: Signals,
         (time, depth): (f64, f64),
     ) -> Result<(), Error> {
@@ -99,13 +101,13 @@ impl Axis {
 /// # Errors
 /// [`Error::Trim`], [`Error::Simulation`], [`Error::Manoeuvre`]; those of the autopilots and of the sea;
 /// [`Error::NoSuchActuator`]; [`Error::OtherSampleTime`]; [`Error::AtTheSurface`].
-pub fn fly_whole(
+pub fn fly_six_dof(
     vehicle: &Vehicle,
     designs: &[&ControllerDesign],
     (depth, pitch): (f64, &Pitch),
     manoeuvre: &Manoeuvre,
-    &Variations { sea, gains, off_trim, spells }: &Variations<'_>,
-) -> Result<WholeFlight, Error> {
+    &Variations { sea, gains, off_trim, disturbances }: &Variations<'_>,
+) -> Result<SixDofFlight, Error> {
     let sample_time = designs.first().map_or(f64::NAN, |design| design.sample_time);
     if let Some(design) = designs.iter().find(|design| design.sample_time != sample_time) {
         return Err(Error::OtherSampleTime { one: sample_time, other: design.sample_time });
@@ -127,14 +129,14 @@ pub fn fly_whole(
         plant = plant.with_water(sea.water());
     }
     let actuators = vehicle.outputs_of_plane(&plane, &level.actuators);
-    let first = Spell::sum(spells, 0.0);
+    let first = TemporaryDisturbance::sum(disturbances, 0.0);
     plant.set_current(first.current)?;
     plant.start(0.0, &squid_auv::Trim { actuators: actuators.clone(), ..level })?;
     let start = plant.state();
-    plant.set_state(&LONGITUDINAL.displaced(start, off_trim));
+    plant.set_state(&LONGITUDINAL.with_offset(start, off_trim));
     let mut states = Vec::with_capacity(ticks);
     let environment = |time: f64, plant: &mut Plant| {
-        let present = Spell::sum(spells, time);
+        let present = TemporaryDisturbance::sum(disturbances, time);
         plant.set_load(present.load)?;
         if let Some(trims) = &trims {
             plant.set_given_speed(trims.forward_speed(manoeuvre.speed_reference(time)))?;
@@ -173,6 +175,6 @@ pub fn fly_whole(
     if states.is_empty() {
         Err(Error::AtTheSurface { depth })
     } else {
-        Ok(WholeFlight { states, axes, held: actuators })
+        Ok(SixDofFlight { states, axes, held: actuators })
     }
 }

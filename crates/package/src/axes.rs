@@ -30,6 +30,6 @@ pub fn unproved(axes: usize, coupled: bool) -> Option<&'static str> {
 }
 
 /// Prefixes a text about an axis with the axis's name if there are several axes.
-pub fn said(axes: usize, name: &str, text: &str) -> String {
+pub fn prefixed(axes: usize, name: &str, text: &str) -> String {
     if axes > 1 { format!("{name}: {text}") } else { text.to_owned() }
 }

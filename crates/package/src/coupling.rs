@@ -30,7 +30,7 @@ pub fn coupled(designs: Designs<'_>) -> Result<Option<[StoredCoupling; 2]>, Erro
     }
     let turning = Turning::new(&inputs.whole, inputs.design.level(), controllers)?;
     let Some(found) = coupling(&turning)? else { return Ok(None) };
-    let names = controllers.map(ControllerDesign::steered);
+    let names = controllers.map(ControllerDesign::steered_signal);
     let words = found.words(names.each_ref().map(String::as_str));
     let [first, second] = [0, 1].map(|axis| {
         let certificate = text(&found.axes[axis].certificate, Path::new(CERTIFICATES[axis]))?;
@@ -71,7 +71,7 @@ pub fn verify(
         Ok((certificate, gamma.ok_or_else(|| wrong(format!("{file}: the gain, not proved to be below 1,")))?))
     };
     let [(one, first), (other, second)] = [proved(0, one)?, proved(1, other)?];
-    let names = both.map(ControllerDesign::steered);
+    let names = both.map(ControllerDesign::steered_signal);
     let (names, gains) = (names.each_ref().map(String::as_str), [first, second]);
     let Some([inputs, ..]) = inputs else {
         let unknown = format!(

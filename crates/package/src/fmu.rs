@@ -1,6 +1,6 @@
 //! Packs FMUs: model description, binary, resources and documentation in one zip, with reproducible bytes.
 
-use crate::axes::{Designs, controllers, inputs, said, unproved};
+use crate::axes::{Designs, controllers, inputs, prefixed, unproved};
 use crate::c::{CERTIFICATE, CONTROLLER};
 use crate::error::Error;
 use crate::kind::Kind;
@@ -239,7 +239,7 @@ pub(crate) fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip
 
 /// Returns the first paragraphs of the page that importers show: the contents, and the status of the proofs.
 fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
-    let steered: Vec<String> = designs.iter().map(|(_, stored)| stored.controller.steered()).collect();
+    let steered: Vec<String> = designs.iter().map(|(_, stored)| stored.controller.steered_signal()).collect();
     let what = match kind {
         Kind::Plant if designs.iter().any(|(inputs, _)| inputs.design.view().is_level_held) => {
             "This FMU is the vehicle: nonlinear motion in six degrees of freedom.".to_owned()
@@ -252,7 +252,7 @@ fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
         Kind::Squid => "This FMU is vehicle and autopilot in one loop, flying a manoeuvre.".to_owned(),
     };
     let bounds =
-        designs.iter().zip(&steered).map(|((_, stored), name)| said(designs.len(), name, &bound(stored)));
+        designs.iter().zip(&steered).map(|((_, stored), name)| prefixed(designs.len(), name, &bound(stored)));
     let coupling = designs.iter().find_map(|(_, stored)| stored.coupling.as_ref());
     let coupled = coupling.map(|coupling| format!("Proved: {}.", coupling.words));
     let unproved = unproved(designs.len(), coupled.is_some()).map(str::to_owned);

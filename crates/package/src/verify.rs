@@ -150,7 +150,7 @@ impl Verified {
     /// Returns the claims of a controller file, in its own units if these are checked, else in those of its
     /// certificate.
     fn in_terms(design: &ControllerDesign, theorem: Theorem, terms: Terms, checked: bool) -> Self {
-        let axis = design.steered();
+        let axis = design.steered_signal();
         let unproved = unproved(&theorem, &terms);
         let (lines, about, step) = if checked {
             (lines(&theorem, Some(&terms)), vec![], ClaimedStep::of(design, &theorem))
@@ -290,7 +290,7 @@ fn verify_fmu(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Err
         return Err(Error::WrongDescription { path: of_path() });
     }
     let inputs = given.map(|given| given.inputs);
-    let names = |all: &[Proved]| all.iter().map(|one| one.design.steered()).collect::<Vec<_>>();
+    let names = |all: &[Proved]| all.iter().map(|one| one.design.steered_signal()).collect::<Vec<_>>();
     if let Some(inputs) = inputs.filter(|inputs| inputs.len() != proved.len()) {
         return Err(other_axes(&of_path(), &names(&proved).join(" and "), inputs));
     }
@@ -380,7 +380,7 @@ pub fn named(inputs: &Inputs) -> String {
 /// Returns the error for a file whose axes are not those of a design.
 fn other_axes(path: &str, found: &str, inputs: &[&Inputs]) -> Error {
     let design = inputs.first().map(|one| one.design.file.clone()).unwrap_or_default();
-    let axes: Vec<&str> = inputs.iter().map(|one| one.design.steered()).collect();
+    let axes: Vec<&str> = inputs.iter().map(|one| one.design.steered_signal()).collect();
     Error::OtherAxes { path: path.into(), found: found.into(), design, axes: axes.join(" and ") }
 }
 

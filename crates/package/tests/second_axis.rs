@@ -28,8 +28,20 @@ use std::process::{Command, Stdio};
 use std::sync::LazyLock;
 
 static STATES: [State; 2] = [
-    State { symbol: "y", unit: "m", name: "offset", acts: "a side thruster", shows: "measure 'offset'" },
-    State { symbol: "v", unit: "m/s", name: "drift", acts: "a side thruster", shows: "measure 'drift'" },
+    State {
+        symbol: "y",
+        unit: "m",
+        name: "offset",
+        actuation_hint: "a side thruster",
+        measurement_hint: "measure 'offset'",
+    },
+    State {
+        symbol: "v",
+        unit: "m/s",
+        name: "drift",
+        actuation_hint: "a side thruster",
+        measurement_hint: "measure 'drift'",
+    },
 ];
 
 const METRE: Unit = Unit { name: "m", factor: 1.0 };
@@ -41,7 +53,7 @@ static SIGNALS: [Signal; 3] = [
         unit: "m",
         units: &[METRE, Unit { name: "cm", factor: 0.01 }],
         measured: "offset from the track",
-        reference: Some(Reference { name: "offset_reference", wanted: "wanted offset from the track" }),
+        reference: Some(Reference { name: "offset_reference", description: "wanted offset from the track" }),
         row: &[("y", 1.0)],
         level: Level::Start,
         range: None,
@@ -128,7 +140,7 @@ impl VehicleModel for Sway {
         &self.actuators
     }
 
-    fn speed_given(&self) -> bool {
+    fn is_speed_given(&self) -> bool {
         true
     }
 

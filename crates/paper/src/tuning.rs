@@ -346,7 +346,7 @@ mod tests {
     }
 
     /// First signals as given; the others are 0.
-    fn signals_of(first: [f64; 2]) -> squid_auv::Each<f64> {
+    fn signals_of(first: [f64; 2]) -> squid_auv::PerSignal<f64> {
         std::array::from_fn(|index| first.get(index).copied().unwrap_or_default())
     }
 

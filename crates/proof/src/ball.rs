@@ -1,10 +1,9 @@
 //! Ball of models around the fit. It contains the true linearisation and the slope of the trim at every speed of the
 //! range.
 //!
-//! The error of `[A B1 B2]` of the plant with the fit is `L R(V) Q`.
-//! `R = [A B G x0'; 0 0 0 u0'](V) - [A B G x0'; 0 0 0 u0'](rho)` is the residual of the fit, without G if there are no
-//! waves; L and Q locate the model within the plant ([`squid_lpv::tracking::ModelPlace`]). The ball is the set of all
-//! `E Delta [F Fw Fu]` with `|Delta| <= 1`.
+//! The error of `[A B1 B2]` of the plant with the fit is `L R(V) Q`. `R = [A B G x0'; 0 0 0 u0'](V) - [A B G x0'; 0 0 0
+//! u0'](rho)` is the residual of the fit, without G if there are no waves; L and Q locate the model within the plant
+//! ([`squid_lpv::tracking::ModelPosition`]). The ball is the set of all `E Delta [F Fw Fu]` with `|Delta| <= 1`.
 
 use crate::error::ProofError;
 use squid_lpv::analysis::GainBound;

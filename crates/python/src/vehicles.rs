@@ -11,7 +11,7 @@ use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{Variations, fly, fly_at_sea};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
-use squid_flight::whole::fly_whole;
+use squid_flight::whole::fly_six_dof;
 use squid_scheduled::{ControllerDesign, Manoeuvre};
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -59,7 +59,7 @@ impl Vehicle {
     /// Returns the quantity that the axis controls, which is also the name of the axis.
     #[getter]
     fn axis(&self) -> &str {
-        self.0.design.steered()
+        self.0.design.steered_signal()
     }
 
     /// Returns the names of the actuators.
@@ -143,11 +143,11 @@ impl Vehicle {
         let designs: Vec<&ControllerDesign> = stored.iter().map(|stored| &stored.controller).collect();
         let varied = Variations { sea: sea.as_ref(), ..Variations::default() };
         let flown = python
-            .detach(|| fly_whole(&first.whole, &designs, first.design.level(), &manoeuvre, &varied))
+            .detach(|| fly_six_dof(&first.whole, &designs, first.design.level(), &manoeuvre, &varied))
             .map_err(of_flight)?;
         let own = axes.iter().zip(&designs);
         let own: Vec<_> = own.map(|(inputs, design)| (&inputs.vehicle.actuators[..], *design)).collect();
-        let record = Record::of_whole(&flown, &first.whole.actuators, &own);
+        let record = Record::of_six_dof(&flown, &first.whole.actuators, &own);
         Ok((columns(&record), flown.surfacing().map(|surfacing| surfacing.to_string())))
     }
 }

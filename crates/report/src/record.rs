@@ -17,7 +17,7 @@ pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
     };
     let commands = |unit: &str, factor: f64| {
         let of_unit = actuators.iter().filter(|a| a.unit() == unit);
-        of_unit.map(|a| mapped(&a.name, &a.name, Kind::Own, &|v| factor * a.asked(v).0)).collect()
+        of_unit.map(|a| mapped(&a.name, &a.name, Kind::Own, &|v| factor * a.requested_output(v).0)).collect()
     };
     let deg = 1f64.to_degrees();
     let pitch = vec![

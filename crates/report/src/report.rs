@@ -105,7 +105,7 @@ pub fn brief(axes: &[Proved<'_>], full_command: &str, progress: &Progress) -> Re
         let mut subject = Subject::new(inputs, stored, progress)?.proved(proof);
         subject.brief = true;
         let makers: Vec<&Maker> = SECTIONS.iter().filter(|maker| BRIEF.contains(&maker.0)).collect();
-        Ok((inputs.design.steered(), with_sections(&subject, &makers)))
+        Ok((inputs.design.steered_signal(), with_sections(&subject, &makers)))
     };
     let axes = axes.iter().map(of_axis).collect::<Result<_, Error>>()?;
     let mut report = Report::together(axes, vec![]).ok_or(Error::NoAxis)?;

@@ -14,10 +14,10 @@ use squid_design::check::coupled::turn::Turning;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::together::common_speeds;
 use squid_design::store::Stored;
-use squid_flight::flight::{Row, Spell, Surfacing, Variations};
+use squid_flight::flight::{Row, Surfacing, TemporaryDisturbance, Variations};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
-use squid_flight::whole::{WholeFlight, fly_whole};
+use squid_flight::whole::{SixDofFlight, fly_six_dof};
 use squid_proof::claim::text;
 use squid_scheduled::Manoeuvre;
 use std::path::Path;
@@ -101,16 +101,16 @@ impl<'a> Axes<'a> {
     }
 
     /// Returns the record of a flight.
-    fn record(&self, flight: &WholeFlight) -> Record {
+    fn record(&self, flight: &SixDofFlight) -> Record {
         let axes = self.all.iter();
         let axes: Vec<_> =
             axes.map(|(inputs, stored)| (&inputs.vehicle.actuators[..], &stored.controller)).collect();
-        Record::of_whole(flight, &self.level().0.whole.actuators, &axes)
+        Record::of_six_dof(flight, &self.level().0.whole.actuators, &axes)
     }
 
     /// Returns the name of each axis.
     fn names(&self) -> Vec<String> {
-        self.all.iter().map(|(_, stored)| stored.controller.steered()).collect()
+        self.all.iter().map(|(_, stored)| stored.controller.steered_signal()).collect()
     }
 }
 
@@ -334,11 +334,12 @@ fn flown(axes: Axes<'_>, speed: Option<f64>, turn: f64) -> Manoeuvre {
     }
 }
 
-fn fly(axes: Axes<'_>, manoeuvre: &Manoeuvre, (current, sea): Around<'_>) -> Result<WholeFlight, Error> {
+fn fly(axes: Axes<'_>, manoeuvre: &Manoeuvre, (current, sea): Around<'_>) -> Result<SixDofFlight, Error> {
     let (inputs, _) = axes.level();
     let designs: Vec<_> = axes.all.iter().map(|(_, stored)| &stored.controller).collect();
-    let varied = Variations { sea, spells: &[Spell::steady(current)], ..Variations::default() };
-    Ok(fly_whole(&inputs.whole, &designs, inputs.design.level(), manoeuvre, &varied)?)
+    let varied =
+        Variations { sea, disturbances: &[TemporaryDisturbance::steady(current)], ..Variations::default() };
+    Ok(fly_six_dof(&inputs.whole, &designs, inputs.design.level(), manoeuvre, &varied)?)
 }
 
 fn at(axes: Axes<'_>, speed: f64, turn: f64, water: Around<'_>) -> Result<Turned, Error> {

@@ -155,7 +155,7 @@ pub struct Reference {
     /// Name, also that of the FMU's input.
     pub name: String,
     /// Prescribed quantity.
-    pub wanted: String,
+    pub description: String,
     /// Time by which the signal lags behind a ramp of the reference by design, s.
     #[serde(default, skip_serializing_if = "is_default")]
     pub lag: f64,
@@ -169,7 +169,7 @@ impl From<&Signal> for Port {
             measured: signal.measured.into(),
             reference: signal.reference.map(|one| Reference {
                 name: one.name.into(),
-                wanted: one.wanted.into(),
+                description: one.description.into(),
                 lag: 0.0,
             }),
             level: signal.level,
@@ -273,7 +273,7 @@ impl ControllerDesign {
     }
 
     /// Returns the names of the tracked signals except the scheduling signal, for messages: pitch, depth, or both.
-    pub fn steered(&self) -> String {
+    pub fn steered_signal(&self) -> String {
         let others = (0..self.references().count()).filter(|one| Some(*one) != self.scheduled());
         let names = others.filter(|one| self.has_reference(*one)).map(|one| self.signals[one].name.as_str());
         names.collect::<Vec<_>>().join(" and ")
@@ -351,9 +351,9 @@ pub struct Actuator {
 
 impl Actuator {
     /// Describes the effect of a positive command.
-    pub fn sign_in_words(&self) -> Option<String> {
+    pub fn effect_of_sign(&self) -> Option<String> {
         let forces = [self.force, self.lateral_force].map(Option::unwrap_or_default);
-        squid_signals::sign_in_words(forces[0], forces[1], &self.unit)
+        squid_signals::effect_of_sign(forces[0], forces[1], &self.unit)
     }
 
     /// Returns the force X along the hull per unit of command for a thruster that does not steer; 0 for all others.
@@ -367,7 +367,7 @@ impl Actuator {
     }
 
     /// Unit of the actuator's input.
-    pub fn taken_unit(&self) -> &str {
+    pub fn input_unit(&self) -> &str {
         self.curve.as_ref().map_or(&self.unit, Curve::unit)
     }
 
@@ -377,7 +377,7 @@ impl Actuator {
     }
 
     /// Returns the actuator input for a command, by the inverse of the curve, and its slope; see [`Curve::command`].
-    pub fn taken(&self, command: f64) -> (f64, f64) {
+    pub fn input_for(&self, command: f64) -> (f64, f64) {
         self.curve.as_ref().map_or((command, 1.0), |curve| curve.command(command))
     }
 }

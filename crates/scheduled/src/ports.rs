@@ -40,8 +40,8 @@ impl Port {
             Some(rest) => format!("; {value} deg{rest} are {} {unit}", value.to_radians()),
             None => String::new(),
         };
-        let (name, meaning) =
-            reference.map_or((&self.name, &self.measured), |reference| (&reference.name, &reference.wanted));
+        let (name, meaning) = reference
+            .map_or((&self.name, &self.measured), |reference| (&reference.name, &reference.description));
         let allowed = format!("from {least} to {most} {unit}: {meaning}{hint}");
         Err(TickError::OtherUnit { name: name.clone(), found: format!("{value} {unit}"), allowed })
     }

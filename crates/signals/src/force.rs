@@ -16,9 +16,9 @@ pub type Force = [f64; 3];
 /// ```
 /// let stern_planes = [0.0, -9.64, -6.15];
 /// let text = "positive deflection, ahead, pushes up and turns the bow down";
-/// assert_eq!(squid_signals::sign_in_words(stern_planes, [0.0; 3], "rad").as_deref(), Some(text));
+/// assert_eq!(squid_signals::effect_of_sign(stern_planes, [0.0; 3], "rad").as_deref(), Some(text));
 /// ```
-pub fn sign_in_words(plane: Force, across: Force, unit: &str) -> Option<String> {
+pub fn effect_of_sign(plane: Force, across: Force, unit: &str) -> Option<String> {
     let largest = plane.iter().chain(&across).fold(0.0, |largest: f64, part| largest.max(part.abs()));
     let word = |part: f64, positive: &'static str, negative: &'static str| {
         (part.abs() > LEAST_SHARE * largest).then_some(if part > 0.0 { positive } else { negative })
@@ -69,8 +69,8 @@ mod tests {
                 "thrust pushes forward and turns the bow down and to starboard",
             ),
         ] {
-            assert_eq!(sign_in_words(plane, across, unit), Some(format!("positive {text}")));
+            assert_eq!(effect_of_sign(plane, across, unit), Some(format!("positive {text}")));
         }
-        assert_eq!(sign_in_words([0.0; 3], [0.0; 3], "N"), None);
+        assert_eq!(effect_of_sign([0.0; 3], [0.0; 3], "N"), None);
     }
 }

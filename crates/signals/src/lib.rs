@@ -5,14 +5,14 @@
 //! the rows, so that FMUs, C and Python take every name, unit and range from it. The scaling of a signal depends on the
 //! design and is in the design file.
 //!
-//! A command is the output of an actuator, or the input of a thruster with a [`Curve`]. [`sign_in_words`] describes the
-//! effect of a positive output.
+//! A command is the output of an actuator, or the input of a thruster with a [`Curve`]. [`effect_of_sign`] describes
+//! the effect of a positive output.
 
 mod curve;
 mod force;
 
 pub use curve::{COMMAND_UNITS, Curve, CurveError, Law, POINTS};
-pub use force::{Force, sign_in_words};
+pub use force::{Force, effect_of_sign};
 
 use serde::{Deserialize, Serialize};
 
@@ -52,9 +52,9 @@ pub struct State {
     /// Name in messages.
     pub name: &'static str,
     /// Actuation that would affect the state, for messages.
-    pub acts: &'static str,
+    pub actuation_hint: &'static str,
     /// Sensor that would measure the state, for messages.
-    pub shows: &'static str,
+    pub measurement_hint: &'static str,
 }
 
 /// States of a linear model, in order.
@@ -75,7 +75,7 @@ pub struct Reference {
     /// Name in FMUs, `NAME_reference`.
     pub name: &'static str,
     /// Description of the prescribed quantity.
-    pub wanted: &'static str,
+    pub description: &'static str,
 }
 
 /// Trim value y0 of a signal: the controller inputs are deviations from it.

@@ -12,9 +12,9 @@ pub fn design() -> Value {
         "signals": [
             {"name": "pitch", "unit": "rad", "measured": "pitch angle", "level": "trim", "nominal": 0.1,
              "range": [-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2],
-             "reference": {"name": "pitch_reference", "wanted": "wanted pitch angle"}},
+             "reference": {"name": "pitch_reference", "description": "wanted pitch angle"}},
             {"name": "speed", "unit": "m/s", "measured": "forward speed", "level": "scheduled", "nominal": 1.0,
-             "reference": {"name": "speed_reference", "wanted": "wanted forward speed"}},
+             "reference": {"name": "speed_reference", "description": "wanted forward speed"}},
             {"name": "pitch_rate", "unit": "rad/s", "measured": "rate of pitch", "level": "zero", "nominal": 0.1}],
         "scheduling": {"quantity": "speed", "minimum": 0.5, "maximum": 3.0, "centre": 1.75, "half_range": 1.25},
         "controller_inputs": [{"signal": "pitch", "kind": "error", "unit": "rad", "scale": 0.17}],

@@ -96,7 +96,7 @@ fn of_heading() -> ControllerDesign {
         measured: signal.measured.to_owned(),
         reference: signal.reference.map(|one| Reference {
             name: one.name.to_owned(),
-            wanted: one.wanted.to_owned(),
+            description: one.description.to_owned(),
             lag: 0.0,
         }),
         level: signal.level,

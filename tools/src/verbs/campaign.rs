@@ -115,8 +115,8 @@ pub fn run(which: &Which, options: &Campaign) -> Result<(), Error> {
         Where::Corners => Points::Corners,
     };
     let plan = Plan::of_axes(&designs, sea, options.seed, points)?;
-    let plan = plan.starting(starts);
-    let plan = if options.records.is_some() { plan.by_fmus()? } else { plan };
+    let plan = plan.with_starts(starts);
+    let plan = if options.records.is_some() { plan.with_fmus()? } else { plan };
     let parts = missing(&plan, flights.clone(), &to)?;
     let left: u64 = parts.iter().map(|part| part.end() + 1 - part.start()).sum();
     let full = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
@@ -296,8 +296,8 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     let stored: Vec<Stored> = axes.iter().map(load).collect::<Result<_, _>>()?;
     let designs: Vec<_> = axes.iter().map(|(inputs, _)| inputs).zip(&stored).collect();
     let parsed = sea.map(|text| Ok::<_, Error>((Sea::parse(&text, ABOUT)?, text))).transpose()?;
-    let plan = Plan::of_axes(&designs, parsed, seed, points)?.starting(starts);
-    let plan = if fmus { plan.by_fmus()? } else { plan };
+    let plan = Plan::of_axes(&designs, parsed, seed, points)?.with_starts(starts);
+    let plan = if fmus { plan.with_fmus()? } else { plan };
     let rows = results(&plan, directory)?;
     let no_flight = || squid_campaign::error::Error::NoFlight {
         path: directory.display().to_string(),

@@ -35,14 +35,14 @@ pub fn run(which: &Which, options: &Design) -> Result<(), Error> {
     let Selected { axes, directory } = which.read_to_write()?;
     let (mut results, mut stored) = (vec![], vec![]);
     if axes.len() > 1 {
-        say(&format!("Axis of {}", axes[0].0.design.steered()));
+        say(&format!("Axis of {}", axes[0].0.design.steered_signal()));
     }
     let finished =
         side_by_side(&axes, |inputs, directory, progress| design_axis(inputs, directory, options, progress));
     for (index, (deferred, finished)) in finished.into_iter().enumerate() {
         let (inputs, directory) = &axes[index];
         if axes.len() > 1 && index > 0 {
-            say(&format!("\nAxis of {}", inputs.design.steered()));
+            say(&format!("\nAxis of {}", inputs.design.steered_signal()));
         }
         deferred.show();
         results.push(finished.and_then(|finished| {
@@ -116,7 +116,7 @@ fn fly_all_axes(stored: &[(&Inputs, Stored)]) -> Result<SixDofFlights, Error> {
         let index = figures.iter().position(|(figure, _)| *figure == format!("{name}_overshoot"))?;
         rows.iter().map(|row| row.figures[index]).filter(|figure| figure.is_finite()).reduce(f64::max)
     };
-    let names: Vec<&str> = plan.axes.iter().map(|axis| axis.steered().name).collect();
+    let names: Vec<&str> = plan.axes.iter().map(|axis| axis.steered_signal().name).collect();
     let found = SixDofFlights {
         flights: rows.len(),
         flown: rows.iter().filter(|row| row.outcome == Outcome::Flown).count(),
@@ -177,7 +177,7 @@ fn report_axis(
     finished.proof.map_err(|reason| Error::NotProved { directory: shown, reason })?;
     let mut figures = figures(directory)?;
     if inputs.design.axis.is_some() {
-        figures["axis"] = json!(inputs.design.steered());
+        figures["axis"] = json!(inputs.design.steered_signal());
     }
     Ok((figures, finished.verdict.missed().map(missed).collect()))
 }

@@ -8,7 +8,7 @@ use serde_json::json;
 use squid_base::files::check_directory;
 use squid_base::progress::Progress;
 use squid_design::store::{self, axis_directory, source_directory};
-use squid_package::axes::said;
+use squid_package::axes::prefixed;
 use squid_package::c::{Packed, pack, whole};
 use squid_package::fmu::{lines, require_proof, standing};
 
@@ -37,7 +37,7 @@ pub fn run(which: &Which, options: Export) -> Result<(), Error> {
         let what = "proving again, and computing the plant of the proof again";
         let proof = Progress::new(&show).timed("certify", what, prove).0?;
         let (standing, claims) = (standing(&proof), lines(&proof, &stored));
-        claims.iter().for_each(|line| say(&said(axes.len(), inputs.design.steered(), line)));
+        claims.iter().for_each(|line| say(&prefixed(axes.len(), inputs.design.steered_signal(), line)));
         if verbose {
             say(&standing);
         }
@@ -45,10 +45,10 @@ pub fn run(which: &Which, options: Export) -> Result<(), Error> {
         let paths: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
         let mut object = json!({ "proof": standing, "claims": claims, "files": paths });
         if several {
-            object["axis"] = json!(inputs.design.steered());
+            object["axis"] = json!(inputs.design.steered_signal());
         }
         objects.push(object);
-        sources.push((inputs.design.steered(), stored.controller, source));
+        sources.push((inputs.design.steered_signal(), stored.controller, source));
         made.push((files, to, paths));
     }
     if several {

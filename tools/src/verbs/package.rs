@@ -10,7 +10,7 @@ use squid_base::progress::Progress;
 use squid_design::axis::several::narrower;
 use squid_design::inputs::Inputs;
 use squid_design::store::{self, Stored};
-use squid_package::axes::{inputs, said, unproved};
+use squid_package::axes::{inputs, prefixed, unproved};
 use squid_package::coupling::coupled;
 use squid_package::error::Error as PackageError;
 use squid_package::fmu::{Binaries, Packed, Prepared, lines, pack, prepare, require_proof, standing};
@@ -69,7 +69,7 @@ pub fn run(which: &Which, options: Packing) -> Result<(), Error> {
     let designs = &designs[..];
     let (mut standings, mut claims) = (vec![], vec![]);
     for (_, stored, proof) in &proved {
-        let prefixed = |text: &str| said(designs.len(), &stored.controller.steered(), text);
+        let prefixed = |text: &str| prefixed(designs.len(), &stored.controller.steered_signal(), text);
         standings.push(prefixed(&standing(proof)));
         claims.extend(lines(proof, stored).iter().map(|line| prefixed(line)));
     }
@@ -81,8 +81,8 @@ pub fn run(which: &Which, options: Packing) -> Result<(), Error> {
     let warn = |text: String| say(&format!("WARNING: {text}"));
     narrower(&inputs(designs)).into_iter().for_each(warn);
     for (_, stored) in designs {
-        let name = stored.controller.steered();
-        stored.missed().into_iter().for_each(|text| warn(said(designs.len(), &name, &text)));
+        let name = stored.controller.steered_signal();
+        stored.missed().into_iter().for_each(|text| warn(prefixed(designs.len(), &name, &text)));
     }
     if verbose {
         say(&standing);

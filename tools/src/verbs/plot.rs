@@ -109,7 +109,7 @@ pub(super) fn rows(record: &Record, actuators: &[Actuator], signals: &[Signal]) 
         depth: depth[k],
         rho: f64::NAN,
         out_of_range: false,
-        commands: actuators.iter().zip(&commands).map(|(a, taken)| a.asked(taken[k]).0).collect(),
+        commands: actuators.iter().zip(&commands).map(|(a, taken)| a.requested_output(taken[k]).0).collect(),
     };
     Ok((0..time.len()).map(row).collect())
 }

@@ -54,7 +54,7 @@ pub fn run(which: &Which, paper: bool, sea: Option<&Path>, beside: &[String]) ->
                 subject.beside.push(other);
             }
             let made = if paper { squid_paper::report(&subject) } else { report(&subject) };
-            reports.push((inputs.design.steered(), made));
+            reports.push((inputs.design.steered_signal(), made));
         }
         let designs: Vec<(&Inputs, &Stored)> = all.iter().copied().zip(&stored).collect();
         let turned = Axes::of(&designs).map(|turning| {

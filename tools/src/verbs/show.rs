@@ -43,7 +43,7 @@ pub fn run(which: &Which, options: &Show) -> Result<(), Error> {
     let mut shown = Vec::new();
     for (index, (inputs, directory)) in axes.iter().enumerate() {
         if axes.len() > 1 {
-            say(&format!("\nAxis of {}", inputs.design.steered()));
+            say(&format!("\nAxis of {}", inputs.design.steered_signal()));
         }
         shown.push(show_axis((inputs, directory), which.out.is_some(), index == 0, options)?);
     }
@@ -70,10 +70,10 @@ fn show_axis(
     let controller = controller.transpose()?;
     let unproved = stored.and_then(|stored| stored.unproved(inputs));
     unproved.iter().for_each(|warning| say(warning));
-    inputs.doubts().iter().for_each(|doubt| say(&format!("WARNING: {doubt}")));
+    inputs.remarks().iter().for_each(|remark| say(&format!("WARNING: {remark}")));
     let mut shown = Map::new();
     if inputs.design.axis.is_some() {
-        shown.insert("axis".into(), json!(inputs.design.steered()));
+        shown.insert("axis".into(), json!(inputs.design.steered_signal()));
     }
     if let Some(v) = speed {
         let found = inputs.axis().at(v)?;
@@ -123,7 +123,7 @@ fn vehicle_alone(which: &Which) -> Result<Option<Vehicle>, Error> {
 /// Prints trim, A, B and eigenvalues of a vehicle without a design, at the depth for which its buoyancy is given.
 fn show_vehicle(six_dof: &Vehicle, speed: f64) -> Result<(), Error> {
     let vehicle = &six_dof.in_plane();
-    six_dof.doubts().iter().for_each(|doubt| say(&format!("WARNING: {doubt}")));
+    six_dof.remarks().iter().for_each(|remark| say(&format!("WARNING: {remark}")));
     let depth = vehicle.coefficients.reference_depth;
     let found = linearise::linearise_vehicle(vehicle, depth, speed)?;
     say(&tables::speed(vehicle, &found));

@@ -53,7 +53,7 @@ pub fn run(
         }
         let mut flown = simulate_axis((inputs, stored), sea.as_ref().map(|(sea, _)| sea), directory)?;
         if axes.len() > 1 {
-            flown["axis"] = json!(inputs.design.steered());
+            flown["axis"] = json!(inputs.design.steered_signal());
         }
         found.push(flown);
     }

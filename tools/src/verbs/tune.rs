@@ -47,13 +47,13 @@ pub fn run(
     let written = vehicle.join(format!("{name}.toml"));
     check_directory(vehicle)?;
     let progress = Progress::new(&show);
-    let mut doubts: Vec<String> = axes.iter().flat_map(Inputs::doubts).collect();
-    doubts.dedup();
-    doubts.iter().for_each(|text| progress.done("", &format!("WARNING: {text}")));
+    let mut remarks: Vec<String> = axes.iter().flat_map(Inputs::remarks).collect();
+    remarks.dedup();
+    remarks.iter().for_each(|text| progress.done("", &format!("WARNING: {text}")));
     let (mut text, mut figures, mut missed) = (text, vec![], vec![]);
     for inputs in &axes {
         if axes.len() > 1 {
-            say(&format!("\nAxis of {}", inputs.design.steered()));
+            say(&format!("\nAxis of {}", inputs.design.steered_signal()));
         }
         let tuned = search(inputs, &text, designs, &progress)?;
         write(&written, tuned.text.as_bytes())?;
@@ -108,7 +108,7 @@ fn report_axis(
         "front": tuned.front.iter().map(point).collect::<Vec<_>>(),
     });
     if inputs.design.axis.is_some() {
-        found["axis"] = json!(inputs.design.steered());
+        found["axis"] = json!(inputs.design.steered_signal());
     }
     Ok(found)
 }
@@ -128,7 +128,7 @@ fn next_report(from: &Inputs, vehicle: &Path, name: &str, created: bool) -> Stri
     let beside = if alone { String::new() } else { format!(" --beside {name}") };
     // A comparison is between designs of one axis.
     let axis = from.design.axis.filter(|_| !alone);
-    let axis = axis.map(|_| format!(" --axis {}", from.design.steered())).unwrap_or_default();
+    let axis = axis.map(|_| format!(" --axis {}", from.design.steered_signal())).unwrap_or_default();
     format!("next: squid report {}{design}{axis}{beside}", vehicle.display())
 }
 
@@ -143,7 +143,7 @@ pub fn pid(
 ) -> Result<(), Error> {
     let (axes, text, created) = read(vehicle, (design, axis), Some(Track::Pitch))?;
     let [inputs] = &axes[..] else {
-        let steered: Vec<&str> = axes.iter().map(|one| one.design.steered()).collect();
+        let steered: Vec<&str> = axes.iter().map(|one| one.design.steered_signal()).collect();
         let (file, axes) = (axes[0].design.file.clone(), steered.join(", "));
         return Err(InputError::SeveralAxes { file, axes }.into());
     };
@@ -261,10 +261,10 @@ fn read(
     };
     let axes = Inputs::parse_axes(&vehicle, &text, named, design)?;
     for Inputs { design, .. } in &axes {
-        let step = design.manoeuvre.step(design.steered()).to_degrees();
+        let step = design.manoeuvre.step(design.steered_signal()).to_degrees();
         let text = format!(
             "begun from the vehicle: {}, {} to {} m/s, steps of {step:.1} deg",
-            design.steered(),
+            design.steered_signal(),
             squid_auv::number(design.speed_min),
             squid_auv::number(design.speed_max),
         );

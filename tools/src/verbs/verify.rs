@@ -11,7 +11,7 @@ use squid_design::certify::constant::{check_inputs, rate_of};
 use squid_design::certify::limits::ClaimedStep;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::above;
-use squid_package::axes::{said, unproved};
+use squid_package::axes::{prefixed, unproved};
 use squid_package::page::Given;
 use squid_package::verify::{Verification, Verified, named, verify, verify_source};
 use squid_proof::claim::parse;
@@ -71,7 +71,7 @@ pub fn run(options: &Verify) -> Result<(), Error> {
     };
     let Verification { axes, coupling, about, contents } = &found;
     for axis in axes {
-        let say = |line: &str| say(&said(axes.len(), &axis.axis, line));
+        let say = |line: &str| say(&prefixed(axes.len(), &axis.axis, line));
         axis.about.iter().for_each(|line| say(line));
         axis.lines.iter().for_each(|line| say(&format!("PROVED: {line}")));
         axis.unproved.iter().for_each(|line| say(line));

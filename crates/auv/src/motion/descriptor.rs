@@ -160,7 +160,7 @@ impl<D: Scalar> Point<D> {
         let actuators =
             outputs.fold([zero; 3], |sum, (effect, output)| add(sum, effect.force(motion.u, output)));
         let [x, z, m] = self.coefficients.force(&motion, &motion.attitude(), added(4, self.depth), actuators);
-        [x, z, m, motion.q, motion.sinking()]
+        [x, z, m, motion.q, motion.depth_rate()]
     }
 
     /// Returns the mass matrix of all states.

@@ -61,7 +61,7 @@ impl<D: Scalar> Motion<D> {
     }
 
     /// Returns the depth rate in still water \[m/s\]: `z' = (v sin(phi) + w cos(phi)) cos(theta) - u sin(theta)`.
-    pub fn sinking(&self) -> D {
+    pub fn depth_rate(&self) -> D {
         self.sinking_at(&self.attitude())
     }
 

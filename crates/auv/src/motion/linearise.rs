@@ -161,7 +161,7 @@ pub fn linearise_with(
         let outputs = trim.actuators.iter().enumerate().map(|(i, &output)| part(all + i, output));
         let force = actuator_force(&vehicle.actuators, motion.u, outputs);
         let [du, dw, dq] = dynamics.acceleration(&motion, part(4, trim.depth), force);
-        let column = [du.eps, dw.eps, dq.eps, motion.q.eps, motion.sinking().eps];
+        let column = [du.eps, dw.eps, dq.eps, motion.q.eps, motion.depth_rate().eps];
         (0..all).for_each(|i| jacobian[(i, seed)] = column[i]);
     }
     let surge = vehicle.coefficients.surge;

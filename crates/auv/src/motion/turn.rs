@@ -156,7 +156,7 @@ impl Balance<'_> {
         let [du, dv, dw, dp, dq, dr] = all;
         let Motion { u, v, w, .. } = motion;
         let square = u * u + v * v + w * w - self.speed * self.speed;
-        [du, dv, dw, dp, dq, dr, motion.sinking(), square]
+        [du, dv, dw, dp, dq, dr, motion.depth_rate(), square]
     }
 
     /// Runs Newton's method from `unknown` with steps of least norm in units of the reach of the actuators; returns the

@@ -85,7 +85,7 @@ pub enum FileProblem {
     NotToml { message: String },
     /// A key or a table that occurs twice.
     #[error("'{key}' stands here a second time; each key and each table of keys may stand once")]
-    Twice { key: String },
+    DuplicateKey { key: String },
     /// A key both in a table of a list and outside the list.
     #[error(
         "'{key}' stands outside [[{list}]], too, where it holds for each; it may stand in one of the two"
@@ -174,7 +174,7 @@ impl FileProblem {
     /// Returns the key that it is about, if it is about one.
     pub fn key(&self) -> Option<&str> {
         match self {
-            Self::Twice { key }
+            Self::DuplicateKey { key }
             | Self::InAndOutside { key, .. }
             | Self::UnknownKey { key, .. }
             | Self::MissingKey { key, .. }

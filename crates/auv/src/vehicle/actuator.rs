@@ -104,17 +104,17 @@ impl Actuator {
     }
 
     /// Returns the unit of the input: that of the curve, or of the output.
-    pub fn taken_unit(&self) -> &str {
+    pub fn input_unit(&self) -> &str {
         self.curve.as_ref().map_or(self.unit(), Curve::unit)
     }
 
     /// Returns the output requested by an input, before limits and lag, and the slope, the right-hand one at a corner.
-    pub fn asked(&self, command: f64) -> (f64, f64) {
+    pub fn requested_output(&self, command: f64) -> (f64, f64) {
         self.curve.as_ref().map_or((command, 1.0), |curve| curve.thrust(command))
     }
 
     /// Returns the input for an output, by the inverse of the curve, and the slope; see [`Curve::command`].
-    pub fn taken(&self, output: f64) -> (f64, f64) {
+    pub fn input_for(&self, output: f64) -> (f64, f64) {
         self.curve.as_ref().map_or((output, 1.0), |curve| curve.command(output))
     }
 
@@ -139,8 +139,8 @@ impl Actuator {
     }
 
     /// Returns the effect of a positive output, as text.
-    pub fn sign_in_words(&self) -> Option<String> {
-        squid_signals::sign_in_words(self.force_per_output(), self.lateral_force_per_output(), self.unit())
+    pub fn effect_of_sign(&self) -> Option<String> {
+        squid_signals::effect_of_sign(self.force_per_output(), self.lateral_force_per_output(), self.unit())
     }
 
     /// Returns the output at a time `elapsed` \[s\] after `start`, under a held command within or beyond the limits.

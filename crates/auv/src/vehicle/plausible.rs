@@ -25,7 +25,7 @@ impl Vehicle {
     /// centre of buoyancy, lift and damping that act with the motion or feed energy to it, a moment of inertia
     /// inconsistent with the mass, too large added mass, lags and deflections, control surfaces ahead of the origin,
     /// thrust and lengths inconsistent with drag and displacement.
-    pub fn doubts(&self) -> Vec<String> {
+    pub fn remarks(&self) -> Vec<String> {
         let c = &self.coefficients;
         let above = c.z_B - c.z_G;
         let gravity = (above > 0.0).then(|| {

@@ -26,7 +26,7 @@ pub(crate) const SENSED: [Sensed; 5] = [
             unit: "rad",
             units: &[Unit { name: "deg", factor: DEGREE }, Unit { name: "rad", factor: 1.0 }],
             measured: "heading, clockwise from north",
-            reference: Some(Reference { name: "heading_reference", wanted: "wanted heading" }),
+            reference: Some(Reference { name: "heading_reference", description: "wanted heading" }),
             row: &[("psi", 1.0)],
             level: Level::Start,
             range: None,

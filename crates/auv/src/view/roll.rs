@@ -17,7 +17,7 @@ const ROLL: Sensed = lateral::SENSED[lateral::ROLL];
 pub(crate) const SENSED: [Sensed; 3] = [
     Sensed {
         signal: Signal {
-            reference: Some(Reference { name: "roll_reference", wanted: "wanted roll angle" }),
+            reference: Some(Reference { name: "roll_reference", description: "wanted roll angle" }),
             range: Some([-PI / 2.0, PI / 2.0]),
             largest_step: LargestStep::Of(PI / 6.0),
             ..ROLL.signal

@@ -498,9 +498,9 @@ fn reads_the_curve_of_a_thruster() {
     let read = |text: &str| Vehicle::parse(text, "vehicle.toml").unwrap();
     let vehicle = read(&curve(DEAD_BAND_CURVE));
     let lower = &vehicle.actuators[0];
-    assert_eq!((lower.unit(), lower.taken_unit(), lower.asked(1500.0)), ("N", "us", (0.0, 0.0)));
-    assert_eq!((lower.min, lower.max, lower.taken(0.0).0), (-60.0, 100.0, 1500.0));
-    assert!((lower.asked(lower.taken(30.0).0).0 - 30.0).abs() < 1e-12);
+    assert_eq!((lower.unit(), lower.input_unit(), lower.requested_output(1500.0)), ("N", "us", (0.0, 0.0)));
+    assert_eq!((lower.min, lower.max, lower.input_for(0.0).0), (-60.0, 100.0, 1500.0));
+    assert!((lower.requested_output(lower.input_for(30.0).0).0 - 30.0).abs() < 1e-12);
     assert_eq!(vehicle.sources["lower.curve"], "s");
     assert_eq!(vehicle.actuators[1].curve, None);
 
@@ -511,7 +511,7 @@ fn reads_the_curve_of_a_thruster() {
 
     let square = with("T_nn = { value = 1e-4, unit = \"N/rpm2\", source = \"s\" }");
     let lower = &read(&square).actuators[0];
-    assert_eq!((lower.taken_unit(), lower.asked(-100.0).0, lower.max), ("rpm", -1.0, 100.0));
+    assert_eq!((lower.input_unit(), lower.requested_output(-100.0).0, lower.max), ("rpm", -1.0, 100.0));
     let back = Vehicle::from_json(&read(&square).to_json().unwrap(), "v").unwrap();
     assert_eq!(back.actuators, read(&square).actuators);
 }
@@ -579,7 +579,7 @@ fn rejects_impossible_inertia_and_deflection() {
     assert!(found.contains("'mass.I_yy' is 1e-6 kg.m2"), "{found}");
     assert!(found.contains("above mass (x_G^2 + z_G^2) = 0.0600"), "{found}");
     let small = SQUID.replacen("I_yy = { value = 16.68", "I_yy = { value = 1.68", 1);
-    let remarks = Vehicle::parse(&small, "vehicle.toml").unwrap().doubts();
+    let remarks = Vehicle::parse(&small, "vehicle.toml").unwrap().remarks();
     assert!(remarks.iter().any(|remark| remark.contains("below 1.66")), "{remarks:?}");
     let limit = "max = { value = 13.6, unit = \"deg\"";
     assert!(REMUS.contains(limit));
@@ -589,7 +589,7 @@ fn rejects_impossible_inertia_and_deflection() {
     let message = Vehicle::parse(&with("13.6", "rad"), "vehicle.toml").unwrap_err().to_string();
     assert!(message.contains("'control_surface.max' is 13.6 rad, or 779"), "{message}");
     assert!(message.contains("it must be from -90 to 90 deg"), "{message}");
-    let remarks = Vehicle::parse(&with("60", "deg"), "vehicle.toml").unwrap().doubts();
+    let remarks = Vehicle::parse(&with("60", "deg"), "vehicle.toml").unwrap().remarks();
     assert!(remarks.len() == 1 && remarks[0].contains("is deflected by up to 60 deg"), "{remarks:?}");
 }
 
@@ -601,7 +601,7 @@ fn remarks_on_improbable_changes() {
     let files = shipped.map(|name| format!("vehicles/{name}/vehicle.toml"));
     for file in files.iter().map(String::as_str).chain(["tests/vehicles/nps_auv_ii/vehicle.toml"]) {
         let text = std::fs::read_to_string(root.join(file)).unwrap();
-        assert_eq!(Vehicle::parse(&text, file).unwrap().doubts(), [""; 0], "{file}");
+        assert_eq!(Vehicle::parse(&text, file).unwrap().remarks(), [""; 0], "{file}");
     }
     for (from, to, expected) in [
         ("z_G = { value = 0.03,", "z_G = { value = -0.03,", "gravity is 0.03 m above the centre of buoyancy"),
@@ -668,7 +668,7 @@ fn assert_one_remark(text: &str, changes: &[(&str, &str)], expected: &str) {
         assert!(text.contains(from), "{from}");
         text.replacen(from, to, 1)
     });
-    let remarks = Vehicle::parse(&changed, "vehicle.toml").unwrap().doubts();
+    let remarks = Vehicle::parse(&changed, "vehicle.toml").unwrap().remarks();
     assert!(remarks.len() == 1 && remarks[0].contains(expected), "{expected}: {remarks:?}");
 }
 

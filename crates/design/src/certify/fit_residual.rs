@@ -1,13 +1,13 @@
 //! Residual of the fit against the true linearisations and the slope of the trim over the range of speed. The ball of
 //! models ([`squid_proof::ball`]) contains it.
 
-use crate::augment::{LinearModel, place};
+use crate::augment::{LinearModel, model_position};
 use crate::axis::VehicleModel;
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
 use squid_lpv::matrix::Mat;
-use squid_lpv::tracking::ModelPlace;
+use squid_lpv::tracking::ModelPosition;
 use squid_proof::ball::ModelResidual;
 
 /// Number of speeds at which the residual is computed.
@@ -23,7 +23,7 @@ pub fn fit_residual(
     file: &DesignFile,
     model: &Model,
 ) -> Result<ModelResidual, Error> {
-    let ModelPlace { left, right } = place(vehicle.actuators(), file)?;
+    let ModelPosition { left, right } = model_position(vehicle.actuators(), file)?;
     // The trim of an input without lag or delay drives no state.
     let rows: Vec<usize> = (0..left.ncols()).filter(|j| left.column(*j).amax() > 0.0).collect();
     let fit = model.linear();

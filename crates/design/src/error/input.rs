@@ -79,6 +79,6 @@ pub enum InputError {
     )]
     NoLateral { design: String, tracked: &'static str, vehicle: String },
     /// The vehicle has no actuator that acts on the axis.
-    #[error("{design} tracks {tracked}, but {vehicle} has no actuator that {needs}")]
-    NothingActs { design: String, tracked: &'static str, vehicle: String, needs: &'static str },
+    #[error("{design} tracks {tracked}, but {vehicle} has no actuator that {missing}")]
+    NothingActs { design: String, tracked: &'static str, vehicle: String, missing: &'static str },
 }

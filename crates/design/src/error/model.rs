@@ -14,16 +14,17 @@ pub enum ModelError {
     /// A motion that is not asymptotically stable is not controllable.
     #[error(
         "at {} m/s the {motion} is not controllable: no actuator acts on it, and it is not stable by itself; it needs \
-         {acts}",
+         {actuation_hint}",
         squid_auv::rounded(*speed)
     )]
-    NotReached { speed: f64, motion: &'static str, acts: &'static str },
+    Uncontrollable { speed: f64, motion: &'static str, actuation_hint: &'static str },
     /// A motion that is not asymptotically stable is not observable.
     #[error(
-        "at {} m/s the {motion} is not observable from the measurements, and it is not stable by itself; {shows}",
+        "at {} m/s the {motion} is not observable from the measurements, and it is not stable by itself; \
+         {measurement_hint}",
         squid_auv::rounded(*speed)
     )]
-    NotSeen { speed: f64, motion: &'static str, shows: &'static str },
+    Unobservable { speed: f64, motion: &'static str, measurement_hint: &'static str },
     /// A coefficient is out of range.
     #[error(transparent)]
     Coefficient(#[from] squid_auv::CoefficientError),

@@ -13,13 +13,13 @@ pub enum StoreError {
     NotDesigned { directory: String },
     /// The frozen design belongs to another vehicle or another design file.
     #[error("{directory}: this is design '{design}' of {vehicle}; name another directory with --out")]
-    OfAnother { directory: String, vehicle: String, design: String },
+    OtherDesign { directory: String, vehicle: String, design: String },
     /// A design of another vehicle would be overwritten.
     #[error(
         "{directory}: this is the design of another vehicle, {theirs}, and would be overwritten by one of {own}; \
          name another directory with --out, or remove this one"
     )]
-    OfAnotherVehicle { directory: String, theirs: String, own: String },
+    OtherVehicle { directory: String, theirs: String, own: String },
     /// The frozen design belongs to changed inputs.
     #[error("{directory}: {what} changed since this was designed; run `squid design` again")]
     Stale { directory: String, what: &'static str },

@@ -18,20 +18,20 @@ use squid_signals::State;
 /// Checks every linearisation of a model.
 ///
 /// # Errors
-/// [`ModelError::NotReached`], [`ModelError::NotSeen`], with the speed and the motion.
+/// [`ModelError::Uncontrollable`], [`ModelError::Unobservable`], with the speed and the motion.
 pub fn check(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Result<(), ModelError> {
     let outputs = scaled_outputs(file.fed_back(), file.states);
     for (_, l) in &model.grid {
         let (a, b) = scaled_system(actuators, l);
         let speed = l.trim.speed;
         if let Some(mode) = unreachable_mode(&a, &b) {
-            let State { name, acts, .. } = file.states[dominant_state(&a, &b, mode)];
-            return Err(ModelError::NotReached { speed, motion: name, acts });
+            let State { name, actuation_hint, .. } = file.states[dominant_state(&a, &b, mode)];
+            return Err(ModelError::Uncontrollable { speed, motion: name, actuation_hint });
         }
         let (a, c) = (a.transpose(), outputs.transpose());
         if let Some(mode) = unreachable_mode(&a, &c) {
-            let State { name, shows, .. } = file.states[dominant_state(&a, &c, mode)];
-            return Err(ModelError::NotSeen { speed, motion: name, shows });
+            let State { name, measurement_hint, .. } = file.states[dominant_state(&a, &c, mode)];
+            return Err(ModelError::Unobservable { speed, motion: name, measurement_hint });
         }
     }
     Ok(())
@@ -84,8 +84,12 @@ mod tests {
                 l.a.row_mut(state).fill(0.0);
                 l.b.row_mut(state).fill(0.0);
             });
-            let expected =
-                ModelError::NotReached { speed, motion: motion.name, acts: motion.acts }.to_string();
+            let expected = ModelError::Uncontrollable {
+                speed,
+                motion: motion.name,
+                actuation_hint: motion.actuation_hint,
+            }
+            .to_string();
             assert_eq!(found, expected);
         }
     }
@@ -95,7 +99,8 @@ mod tests {
     fn names_unobservable_motion_and_speed() {
         let squid = squid();
         let found = refusal(&squid, |l| l.a.column_mut(1).fill(0.0));
-        let (speed, State { name, shows, .. }) = (squid.1.grid[3].1.trim.speed, squid.0.design.states[1]);
-        assert_eq!(found, ModelError::NotSeen { speed, motion: name, shows }.to_string());
+        let (speed, State { name, measurement_hint, .. }) =
+            (squid.1.grid[3].1.trim.speed, squid.0.design.states[1]);
+        assert_eq!(found, ModelError::Unobservable { speed, motion: name, measurement_hint }.to_string());
     }
 }

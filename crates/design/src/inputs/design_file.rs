@@ -340,7 +340,7 @@ impl DesignFile {
     }
 
     /// Returns the name of the signal whose step is assessed first: the signal that the axis steers.
-    pub fn steered(&self) -> &'static str {
+    pub fn steered_signal(&self) -> &'static str {
         self.interface.signals[self.stepped()].name
     }
 
@@ -419,7 +419,7 @@ impl DesignFile {
     /// Returns the file name, with the axis in a file of several, and the autopilot's name if the command line changed
     /// it.
     pub fn source(&self) -> String {
-        let own = self.axis.map(|_| format!("{} of ", self.steered())).unwrap_or_default();
+        let own = self.axis.map(|_| format!("{} of ", self.steered_signal())).unwrap_or_default();
         own + &self.source_of_all()
     }
 

@@ -22,7 +22,7 @@ pub(super) fn check(designs: &[DesignFile], vehicles: &[Vehicle], file: &str) ->
         };
         for actuator in &vehicles[index].actuators {
             if let Some((other, _)) = owner(&actuator.name) {
-                let (one, other) = (other.steered(), design.steered());
+                let (one, other) = (other.steered_signal(), design.steered_signal());
                 return Err(InputError::SharedActuator {
                     file: file(),
                     actuator: actuator.name.clone(),
@@ -42,7 +42,7 @@ pub(super) fn check(designs: &[DesignFile], vehicles: &[Vehicle], file: &str) ->
         ];
         for (key, of) in shared {
             if of(first) != of(design) {
-                let text = |axis: &DesignFile| format!("{} for {}", of(axis), axis.steered());
+                let text = |axis: &DesignFile| format!("{} for {}", of(axis), axis.steered_signal());
                 let values = format!("{} and {}", text(first), text(design));
                 return Err(InputError::AxesDiffer { file: file(), key, values });
             }
@@ -50,7 +50,8 @@ pub(super) fn check(designs: &[DesignFile], vehicles: &[Vehicle], file: &str) ->
     }
     let [low, high] = common_speeds(designs);
     if low > high {
-        let of = |one: &DesignFile| format!("{} {} to {} m/s", one.steered(), one.speed_min, one.speed_max);
+        let of =
+            |one: &DesignFile| format!("{} {} to {} m/s", one.steered_signal(), one.speed_min, one.speed_max);
         let ranges = designs.iter().map(of).collect::<Vec<_>>().join(", ");
         return Err(InputError::NoCommonSpeed { file: file(), ranges });
     }

@@ -90,11 +90,11 @@ impl Judge<'_> {
                         return None;
                     }
                 }
-                let (judged, results) = Results::of(|quiet| self.assess(smaller.clone(), quiet));
+                let (judged, results) = Results::collect(|quiet| self.assess(smaller.clone(), quiet));
                 let judged = judged.ok().filter(|one| one.axis.proof.is_ok() && one.axis.sampled.is_ok())?;
                 if !judged.is_complete(file) {
                     let full = judged_full
-                        .get_or_insert_with(|| Results::of(|quiet| self.assess(full.clone(), quiet)));
+                        .get_or_insert_with(|| Results::collect(|quiet| self.assess(full.clone(), quiet)));
                     if !full.0.as_ref().is_ok_and(|full| judged.is_no_worse_than(full)) {
                         return None;
                     }
@@ -120,11 +120,11 @@ impl Judge<'_> {
         progress.done("reduce", &line);
         match (found, judged_full) {
             (Some((_, judged, results)), _) => {
-                results.tell(progress);
+                results.report(progress);
                 Ok(judged)
             }
             (None, Some((judged, results))) => {
-                results.tell(progress);
+                results.report(progress);
                 judged
             }
             (None, None) => self.assess(full, progress),

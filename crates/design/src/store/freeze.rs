@@ -83,7 +83,7 @@ pub fn controller(
     let column =
         |signal_index: usize| trims.iter().map(|trim| trim.signals[signal_index]).collect::<Vec<f64>>();
     let mut envelope = envelope(vehicle, file)?;
-    if let Some((signal_index, signal)) = scheduled.filter(|_| !vehicle.speed_given()) {
+    if let Some((signal_index, signal)) = scheduled.filter(|_| !vehicle.is_speed_given()) {
         let speeds = column(signal_index);
         let range = [0, speeds.len() - 1].map(|end| OverSpeed::Constant(speeds[end]));
         envelope.entry(signal.name.to_owned()).or_default().range = Some(range);
@@ -119,7 +119,7 @@ pub fn controller(
         },
         controller_inputs: controller_inputs(file),
         reference_filter: file.reference_filter(),
-        speed_given: vehicle.speed_given(),
+        speed_given: vehicle.is_speed_given(),
         actuators: vehicle
             .actuators()
             .iter()

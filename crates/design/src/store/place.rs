@@ -23,14 +23,14 @@ pub(super) fn mark(inputs: &Inputs) -> Option<String> {
 /// Vehicles of the same name in two directories are different vehicles, as long as both directories exist.
 ///
 /// # Errors
-/// [`StoreError::OfAnotherVehicle`].
+/// [`StoreError::OtherVehicle`].
 pub fn check_owner(directory: &Path, inputs: &Inputs) -> Result<(), StoreError> {
     let path = directory.join("controller.json");
     let _lock = reading(&path);
     if !path.is_file() {
         return Ok(());
     }
-    let refused = |theirs: String| StoreError::OfAnotherVehicle {
+    let refused = |theirs: String| StoreError::OtherVehicle {
         directory: directory.display().to_string(),
         theirs,
         own: inputs.directory.display().to_string(),

@@ -8,7 +8,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 use squid_auv::Load;
 use squid_auv::longitudinal::SPEED;
-use squid_flight::flight::{Disturbance, Flight, Row, Spell, Variations, fly_varied, unless_lost};
+use squid_flight::flight::{
+    Disturbance, Flight, Row, TemporaryDisturbance, Variations, fly_varied, unless_lost,
+};
 use squid_scheduled::{Autopilot, ControllerDesign, Manoeuvre, OverSpeed, Trim};
 use std::f64::consts::{PI, TAU};
 
@@ -142,8 +144,8 @@ pub fn fly(
         ..inputs.design.manoeuvre.without_steps()
     };
     let disturbance = Disturbance { load, ..Disturbance::default() };
-    let spell = Spell { disturbance, from: STEP_TIME, to: STEP_TIME + HELD, rise: RISE };
-    let variations = Variations { spells: &[spell], ..Variations::default() };
+    let spell = TemporaryDisturbance { disturbance, from: STEP_TIME, to: STEP_TIME + HELD, rise: RISE };
+    let variations = Variations { disturbances: &[spell], ..Variations::default() };
     // The depth is such that no climb reaches the surface.
     let depth = inputs.design.depth + 2.0 * speed.abs() * manoeuvre.duration;
     let level = (depth, &inputs.design.pitch);

@@ -74,7 +74,7 @@ pub fn read_axis(name: &str, axis: &str) -> Inputs {
     let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles")).join(name);
     let all = ["design", "heading"].into_iter().filter(|name| vehicle.join(format!("{name}.toml")).exists());
     let mut all = all.flat_map(|name| Inputs::read_axes(&vehicle, name).unwrap());
-    all.find(|inputs| inputs.design.steered() == axis).unwrap()
+    all.find(|inputs| inputs.design.steered_signal() == axis).unwrap()
 }
 
 /// Loads the committed design of Squid.

@@ -15,9 +15,9 @@ use squid_design::inputs::Inputs;
 use squid_design::run::{Finished, run};
 use squid_design::store::freeze::{frozen, gamma};
 use squid_design::uncertain::trim::random_corners;
-use squid_flight::flight::{Row, Spell, Variations};
+use squid_flight::flight::{Row, TemporaryDisturbance, Variations};
 use squid_flight::sea::Sea;
-use squid_flight::whole::{WholeFlight, fly_whole};
+use squid_flight::whole::{SixDofFlight, fly_six_dof};
 use squid_lpv::analysis::given_loop;
 use squid_lpv::matrix::Mat;
 use squid_proof::claim::{nominal, parse, text};
@@ -190,7 +190,7 @@ static DEPTH_DESIGN: LazyLock<ControllerDesign> = LazyLock::new(|| {
 
 /// Flies a turn \[deg\] at 10 s in six degrees of freedom and in a current of half a metre a second, with a depth step
 /// \[m\].
-fn turned(vehicle: &Vehicle, speed: f64, turn: f64, depth_step: f64) -> WholeFlight {
+fn turned(vehicle: &Vehicle, speed: f64, turn: f64, depth_step: f64) -> SixDofFlight {
     turned_by(&MADE.1.frozen.controller, vehicle, speed, turn, depth_step)
 }
 
@@ -201,7 +201,7 @@ fn turned_by(
     speed: f64,
     turn: f64,
     depth_step: f64,
-) -> WholeFlight {
+) -> SixDofFlight {
     let current = Current { horizontal: 0.43, east: 0.25, ..Current::default() };
     let flight =
         flown_in((current, None), [&*DEPTH_DESIGN, heading], vehicle, &steps(speed, turn, depth_step));
@@ -228,9 +228,10 @@ fn flown_in(
     designs: [&ControllerDesign; 2],
     vehicle: &Vehicle,
     manoeuvre: &Manoeuvre,
-) -> WholeFlight {
-    let varied = Variations { sea, spells: &[Spell::steady(current)], ..Variations::default() };
-    fly_whole(vehicle, &designs, (10.0, &MADE.0.design.pitch), manoeuvre, &varied).unwrap()
+) -> SixDofFlight {
+    let varied =
+        Variations { sea, disturbances: &[TemporaryDisturbance::steady(current)], ..Variations::default() };
+    fly_six_dof(vehicle, &designs, (10.0, &MADE.0.design.pitch), manoeuvre, &varied).unwrap()
 }
 
 /// The autopilots receive the sensor readings: a bias of the compass appears with the other sign in the true heading. A
@@ -246,9 +247,9 @@ fn both_axes_fly_at_sea() {
         flown_in((water, Some(&sea)), designs, vehicle, &steps(1.8, 30.0, climb))
     };
     let still = flown_in((Current::default(), None), designs, vehicle, &steps(1.8, 30.0, 0.0));
-    let heading = |flight: &WholeFlight| flight.states.last().unwrap().heading.to_degrees();
+    let heading = |flight: &SixDofFlight| flight.states.last().unwrap().heading.to_degrees();
     let calm = at_sea("", [0.0; 2], 0.0);
-    let rows = |flight: &WholeFlight| flight.axes.iter().map(|axis| axis.rows.clone()).collect::<Vec<_>>();
+    let rows = |flight: &SixDofFlight| flight.axes.iter().map(|axis| axis.rows.clone()).collect::<Vec<_>>();
     assert_eq!((&calm.states, rows(&calm)), (&still.states, rows(&still)));
     assert!((heading(&still) - 30.0).abs() < 0.01, "{}", heading(&still));
 
@@ -276,7 +277,7 @@ fn both_axes_fly_at_sea() {
 }
 
 /// Settling time of heading to 2 % of a turn, after the step \[s\], and overshoot relative to the turn.
-fn settled(flight: &WholeFlight, turn: f64) -> (f64, f64) {
+fn settled(flight: &SixDofFlight, turn: f64) -> (f64, f64) {
     let rows = &flight.axes[1].rows;
     let part = |row: &Row| row.measured(HEADING).to_degrees() / turn - 1.0;
     let last = rows.iter().rposition(|row| part(row).abs() > 0.02).unwrap();
@@ -285,7 +286,7 @@ fn settled(flight: &WholeFlight, turn: f64) -> (f64, f64) {
 }
 
 /// Largest difference of depth between two flights, m.
-fn apart(one: &WholeFlight, other: &WholeFlight) -> f64 {
+fn apart(one: &SixDofFlight, other: &SixDofFlight) -> f64 {
     one.states.iter().zip(&other.states).map(|(a, b)| (a.depth - b.depth).abs()).fold(0.0, f64::max)
 }
 

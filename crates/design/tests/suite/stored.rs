@@ -21,7 +21,7 @@ fn either<'a>(directory: &Path, designs: [&'a Inputs; 2]) -> (&'a Inputs, Stored
     loop {
         for inputs in designs {
             match store::load(directory, inputs) {
-                Err(Error::Store(StoreError::OfAnother { .. } | StoreError::Stale { .. })) => {}
+                Err(Error::Store(StoreError::OtherDesign { .. } | StoreError::Stale { .. })) => {}
                 other => return (inputs, other.unwrap()),
             }
         }

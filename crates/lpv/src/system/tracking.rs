@@ -98,7 +98,7 @@ pub struct TrackingProblem {
 ///
 /// at every theta, without G if there is no coloured disturbance, and with `[A B G]` alone if no trim moves.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ModelPlace {
+pub struct ModelPosition {
     /// Left factor, into x': the model's rates, and the motion of the inputs' trim into the states of lags and delays.
     /// states x (n + m), or states x n if no trim moves.
     pub left: Mat,
@@ -126,11 +126,11 @@ impl TrackingProblem {
     ///
     /// # Errors
     /// Errors of [`TrackingProblem::augment`].
-    pub fn place(&self) -> Result<ModelPlace, SystemError> {
+    pub fn model_position(&self) -> Result<ModelPosition, SystemError> {
         Ok(self.assembled()?.1)
     }
 
-    fn assembled(&self) -> Result<(GeneralisedPlant, ModelPlace), SystemError> {
+    fn assembled(&self) -> Result<(GeneralisedPlant, ModelPosition), SystemError> {
         let n = self.model.constant.nrows();
         let (m, p) = (self.input_scale.len(), self.outputs.nrows());
         self.check(n, m, p)?;
@@ -187,7 +187,7 @@ impl TrackingProblem {
         model.channels.iter().for_each(|channel| blocks[*channel] += 1);
         let plant = GeneralisedPlant { parts: Partitioned::of(matrix, PLANT, sizes), blocks };
         let right = inputs.remove_rows(n + m + filter_states, filter_inputs).remove_columns(sizes.x, sizes.t);
-        Ok((plant, ModelPlace { left: left.columns(0, filters).into_owned(), right }))
+        Ok((plant, ModelPosition { left: left.columns(0, filters).into_owned(), right }))
     }
 
     fn trim(&self) -> Option<&MovingTrim> {
@@ -582,7 +582,7 @@ mod tests {
         let plant = scheduled.augment().unwrap();
         let sizes = plant.sizes();
         assert_eq!((sizes.x, sizes.w, sizes.t), (6, 4, 4));
-        assert_eq!(scheduled.place().unwrap().right.shape(), (1 + 1 + 2 + 1, sizes.x + sizes.w + 1));
+        assert_eq!(scheduled.model_position().unwrap().right.shape(), (1 + 1 + 2 + 1, sizes.x + sizes.w + 1));
         for theta in [-1.0, 0.4] {
             let system = plant.frozen(&[theta]).unwrap().parts.state_space(&[Z, Y], &[W, U]);
             let m = at(theta);

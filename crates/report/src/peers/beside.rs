@@ -187,7 +187,7 @@ mod tests {
         let pitch = read("remus100", "pitch");
         for (first, other) in [(&pitch, &depth), (&depth, &pitch)] {
             let message = check(first, other).unwrap_err().to_string();
-            let [steered, own] = [first, other].map(|inputs| inputs.design.steered());
+            let [steered, own] = [first, other].map(|inputs| inputs.design.steered_signal());
             assert!(message.contains(&format!("it steers {own}, and ")), "{message}");
             assert!(message.contains(&format!(" steers {steered}; ")), "{message}");
         }

@@ -7,7 +7,7 @@ use crate::subject::Subject;
 use squid_auv::Current;
 use squid_design::check::flown::GUST;
 use squid_flight::error::Error as FlightError;
-use squid_flight::flight::{Disturbance, Flight, Row, Spell, Variations};
+use squid_flight::flight::{Disturbance, Flight, Row, TemporaryDisturbance, Variations};
 use squid_flight::metrics::{StepFigures, itae};
 use squid_scheduled::Manoeuvre;
 
@@ -76,8 +76,12 @@ fn gust(subject: &Subject) -> Option<Current> {
 }
 
 /// Simulates a law; `None` if the vehicle is lost.
-fn flown(law: &Law, manoeuvre: &Manoeuvre, spells: &[Spell]) -> Result<Option<Flight>, Error> {
-    let variations = Variations { spells, ..Variations::default() };
+fn flown(
+    law: &Law,
+    manoeuvre: &Manoeuvre,
+    disturbances: &[TemporaryDisturbance],
+) -> Result<Option<Flight>, Error> {
+    let variations = Variations { disturbances, ..Variations::default() };
     match law.fly(&law.subject.inputs.vehicle, manoeuvre, &variations) {
         Ok(flight) => Ok(Some(flight).filter(|flight| flight.surfacing.is_none())),
         Err(reason @ Error::Flight(FlightError::Trim { .. })) => Err(reason),
@@ -103,7 +107,7 @@ pub(crate) fn fly_at(first: &Subject, law: &Law, speed: f64) -> Result<[f64; 8],
     let manoeuvre = Manoeuvre { steps: stepped.steps, step_time: up, step_end: down, ..faster };
     let water = gust(law.subject);
     let current = water.unwrap_or_default();
-    let spell = Spell::lasting(Disturbance { current, ..Disturbance::default() }, gust_at);
+    let spell = TemporaryDisturbance::lasting(Disturbance { current, ..Disturbance::default() }, gust_at);
     let rows = flown(law, &manoeuvre, &[spell])?.map(|flight| flight.rows);
     let window = |from: f64, to: f64| {
         let rows = rows.as_deref()?;

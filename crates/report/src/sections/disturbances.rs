@@ -13,7 +13,7 @@ use squid_design::axis::Linearisation;
 use squid_design::check::flown::GUST;
 use squid_design::check::sampled::trapezoidal;
 use squid_design::numbers::readable;
-use squid_flight::flight::{Disturbance, Flight, Spell, Variations, fly_varied};
+use squid_flight::flight::{Disturbance, Flight, TemporaryDisturbance, Variations, fly_varied};
 use squid_lpv::matrix::largest_complex_singular_value;
 use squid_lpv::state_space::StateSpace;
 use squid_scheduled::Manoeuvre;
@@ -47,11 +47,12 @@ pub fn disturbances(subject: &Subject) -> Result<Vec<Part>, Error> {
 }
 
 fn in_current(subject: &Subject, speed: f64) -> Result<Flight, Error> {
-    let begins =
-        |current: Current, at: f64| Spell::lasting(Disturbance { current, ..Disturbance::default() }, at);
+    let begins = |current: Current, at: f64| {
+        TemporaryDisturbance::lasting(Disturbance { current, ..Disturbance::default() }, at)
+    };
     let down = begins(Current { vertical: GUST, ..Current::default() }, STEP_TIME);
     let forward = begins(Current { horizontal: GUST, ..Current::default() }, FORWARD_TIME);
-    let variations = Variations { spells: &[down, forward], ..Variations::default() };
+    let variations = Variations { disturbances: &[down, forward], ..Variations::default() };
     let (inputs, manoeuvre) = (subject.inputs, &subject.stored.manoeuvre);
     let level =
         Manoeuvre { speed_from: speed, speed_to: speed, duration: SHOWN, ..manoeuvre.without_steps() };

@@ -32,7 +32,7 @@ pub fn ports() -> Vec<Port> {
         measured: format!("the {name}"),
         reference: (index < TRACKED).then(|| Reference {
             name: format!("{name}_reference"),
-            wanted: format!("wanted {name}"),
+            description: format!("wanted {name}"),
             lag: 0.0,
         }),
         level,

@@ -236,9 +236,9 @@ fn thruster_curve_round_trips_and_reaches_limits() {
     let points = vec![[1100.0, -60.0], [1470.0, 0.0], [1530.0, 0.0], [1900.0, 110.0]];
     design.actuators[0].curve = Some(Curve::through(points, "us").unwrap());
     assert_eq!(ControllerDesign::from_json(&design.to_json().unwrap()).unwrap(), design);
-    assert_eq!((design.actuators[0].taken_unit(), design.actuators[1].taken_unit()), ("us", "N"));
+    assert_eq!((design.actuators[0].input_unit(), design.actuators[1].input_unit()), ("us", "N"));
     assert_eq!(
-        (design.actuators[0].taken(-60.0).0, design.actuators[1].taken(-60.0)),
+        (design.actuators[0].input_for(-60.0).0, design.actuators[1].input_for(-60.0)),
         (1100.0, (-60.0, 1.0))
     );
 

@@ -87,17 +87,17 @@ fn turning_vehicle_round_trips_json() {
 
 #[test]
 fn remarks_on_improbable_numbers() {
-    assert_eq!(remus().doubts(), Vec::<String>::new());
-    let remarks = read(&text("remus100").replace("value = -0.722", "value = 0.722")).doubts();
+    assert_eq!(remus().remarks(), Vec::<String>::new());
+    let remarks = read(&text("remus100").replace("value = -0.722", "value = 0.722")).remarks();
     let expected = "the roll moment K_up |u| p acts in the direction of p: without the terms of added mass K_up is \
                     0.722, where the damping by fins is negative";
     assert_eq!(remarks, [expected]);
     let mut wide = remus();
     wide.coefficients.I_xx = 5.0;
     assert!(
-        wide.doubts()[0].starts_with("'I_xx' is 5 kg.m2, more than 'I_yy' and 'I_zz'"),
+        wide.remarks()[0].starts_with("'I_xx' is 5 kg.m2, more than 'I_yy' and 'I_zz'"),
         "{:?}",
-        wide.doubts()
+        wide.remarks()
     );
 }
 

@@ -58,7 +58,7 @@ fn step(vehicle: &Vehicle, x: [f64; 10], outputs: [f64; 3], h: f64) -> [f64; 10]
         let motion = Motion { u, v, w, p, q, r, phi, theta };
         let [du, dv, dw, dp, dq, dr] = acceleration(vehicle, &motion, &outputs);
         let [roll, pitch, heading] = motion.turning();
-        [du, dv, dw, dp, dq, dr, roll, pitch, heading, motion.sinking()]
+        [du, dv, dw, dp, dq, dr, roll, pitch, heading, motion.depth_rate()]
     };
     let advanced = |k: [f64; 10], h: f64| std::array::from_fn(|i| x[i] + h * k[i]);
     let k1 = rate(x);

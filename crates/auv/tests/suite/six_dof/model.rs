@@ -169,7 +169,7 @@ fn power(vehicle: &Vehicle, motion: &Motion, outputs: &[f64]) -> (f64, f64) {
     let [roll, pitch, heading] = motion.turning();
     let [du, dv, dw, dp, dq, dr] = acceleration(vehicle, motion, outputs);
     let state = [u, v, w, p, q, r, phi, theta, 0.0, vehicle.coefficients.reference_depth];
-    let rates = [du, dv, dw, dp, dq, dr, roll, pitch, heading, motion.sinking()];
+    let rates = [du, dv, dw, dp, dq, dr, roll, pitch, heading, motion.depth_rate()];
     let constant = vehicle.coefficients.map(|_, value| Dual64::from(value));
     let by = |i: usize| {
         let dual_state = std::array::from_fn(|j| Dual64::new(state[j], if i == j { rates[j] } else { 0.0 }));

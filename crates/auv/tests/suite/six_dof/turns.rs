@@ -88,7 +88,9 @@ fn free_turn_matches_another_implementation() {
     assert!((radius - 8.703).abs() < 2e-3, "{radius}");
     // The speed over ground equals that through the water, at any heading.
     let [north, east, down] = motion.velocity(0.7);
-    assert!((north.hypot(east).hypot(down) - u.hypot(v).hypot(w)).abs() < 1e-12 && down == motion.sinking());
+    assert!(
+        (north.hypot(east).hypot(down) - u.hypot(v).hypot(w)).abs() < 1e-12 && down == motion.depth_rate()
+    );
     let body_velocity = motion.along_body(0.7, [north, east, down]);
     assert!(
         body_velocity.iter().zip([u, v, w]).all(|(found, expected)| (found - expected).abs() < 1e-12),

@@ -5,7 +5,7 @@
 //! the model are set to that trim, as far as the box allows. Row i of the difference is `Delta_i F_i` with a row
 //! `|Delta_i| <= 1`.
 
-use crate::augment::place;
+use crate::augment::model_position;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::linearise::scaled;
@@ -52,7 +52,7 @@ pub fn around(
     let (n, m, w) = (plant.a().nrows(), inputs.vehicle.actuators.len(), plant.b1().ncols());
     let states = inputs.design.states.len();
     // Map from the plant's states and u to the model; the balls do not cover the effect of w on it.
-    let right = place(&inputs.vehicle.actuators, &inputs.design.with_unweighted_references())?
+    let right = model_position(&inputs.vehicle.actuators, &inputs.design.with_unweighted_references())?
         .right
         .remove_columns(n, w);
     let mut balls = vec![];

@@ -206,7 +206,7 @@ fn gradients(at: &Motion) -> [Mat; 3] {
             phi: part(7),
         };
         let [_, pitch, heading] = motion.turning();
-        for (row, value) in rows.iter_mut().zip([pitch, heading, motion.sinking()]) {
+        for (row, value) in rows.iter_mut().zip([pitch, heading, motion.depth_rate()]) {
             row[seed] = value.eps;
         }
     }

@@ -73,7 +73,7 @@ impl DesignFile {
         let mut axes: Vec<Self> = FileError::collect(read)?;
         if axes.len() > 1 {
             for (index, axis) in axes.iter_mut().enumerate() {
-                (axis.name, axis.axis) = (axis.steered().to_owned(), Some(index));
+                (axis.name, axis.axis) = (axis.steered_signal().to_owned(), Some(index));
             }
         }
         let is_known = |index: &usize| axes[..*index].iter().any(|other| other.name == axes[*index].name);

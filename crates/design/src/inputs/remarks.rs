@@ -8,8 +8,8 @@ const PITCH_SCALE: f64 = 45.0;
 
 impl Inputs {
     /// Returns remarks on improbable numbers in both files, one sentence each, including those of
-    /// [`squid_auv::Vehicle::doubts`].
-    pub fn doubts(&self) -> Vec<String> {
+    /// [`squid_auv::Vehicle::remarks`].
+    pub fn remarks(&self) -> Vec<String> {
         let (file, depth) = (&self.design.file, self.design.depth);
         let pitch =
             self.design.tracked.iter().filter(|t| t.signal.name == "pitch").map(|t| t.scale.to_degrees());
@@ -37,7 +37,7 @@ impl Inputs {
                 squid_auv::number(self.design.speed_min)
             )
         });
-        self.whole.doubts().into_iter().chain(pitch).chain(surfaced).chain(adrift).collect()
+        self.whole.remarks().into_iter().chain(pitch).chain(surfaced).chain(adrift).collect()
     }
 }
 
@@ -50,25 +50,29 @@ mod tests {
     #[test]
     fn remarks_on_odd_scales_and_depths() {
         for (vehicle, design) in [("squid", "design"), ("squid", "paper"), ("remus100", "pitch")] {
-            assert_eq!(shipped(vehicle, design).doubts(), [""; 0], "{vehicle} {design}");
+            assert_eq!(shipped(vehicle, design).remarks(), [""; 0], "{vehicle} {design}");
         }
         for axis in ["depth", "heading"] {
-            assert_eq!(shipped_axis("remus100", "design", Some(axis)).doubts(), [""; 0], "{axis}");
+            assert_eq!(shipped_axis("remus100", "design", Some(axis)).remarks(), [""; 0], "{axis}");
         }
-        let doubts = shipped("bluerov2_heavy", "design").doubts();
-        assert_eq!(doubts.len(), 1, "{doubts:?}");
-        assert!(doubts[0].contains("nothing holds the depth at 0 m/s"), "{}", doubts[0]);
+        let remarks = shipped("bluerov2_heavy", "design").remarks();
+        assert_eq!(remarks.len(), 1, "{remarks:?}");
+        assert!(remarks[0].contains("nothing holds the depth at 0 m/s"), "{}", remarks[0]);
         let mut inputs = shipped("squid", "design");
         inputs.design.depth = 0.0;
         inputs.design.tracked[0].scale = 1.0;
-        let doubts = inputs.doubts();
-        assert_eq!(doubts.len(), 2, "{doubts:?}");
+        let remarks = inputs.remarks();
+        assert_eq!(remarks.len(), 2, "{remarks:?}");
         assert!(
-            doubts[0].contains("the unit of the pitch error ('track.scale') is 57.2958 deg"),
+            remarks[0].contains("the unit of the pitch error ('track.scale') is 57.2958 deg"),
             "{}",
-            doubts[0]
+            remarks[0]
         );
-        assert!(doubts[1].contains("'model.depth' is 0 m, where the hull is not submerged"), "{}", doubts[1]);
+        assert!(
+            remarks[1].contains("'model.depth' is 0 m, where the hull is not submerged"),
+            "{}",
+            remarks[1]
+        );
     }
 
     /// The error for 5 rad, written instead of 5 deg, contains the value found and the allowed ones.

@@ -5,7 +5,7 @@ use squid_auv::{Pitch, Speed, Trim, TrimError, Vehicle, trim_with};
 use std::collections::BTreeMap;
 
 /// Level flight held at the reference speed.
-pub(crate) struct HeldLevel {
+pub(crate) struct HeldTrim {
     plane: Vehicle,
     rule: Pitch,
     trim: Trim,
@@ -16,7 +16,7 @@ pub(crate) struct HeldLevel {
 /// Spacing of the speeds along the path between which trims are interpolated, m/s; the error is of fourth order in it.
 const GRID: f64 = 0.01;
 
-impl HeldLevel {
+impl HeldTrim {
     /// Starts with a trim of a vehicle in the vertical plane with a pitch rule.
     pub(crate) fn new(plane: Vehicle, rule: Pitch, trim: Trim) -> Self {
         Self { plane, rule, trim, cache: BTreeMap::new() }
@@ -93,7 +93,7 @@ mod tests {
         let inputs = Inputs::read_axis(&folder, "design", Some("heading")).unwrap();
         let (plane, (depth, rule)) = (inputs.vehicle.in_plane(), inputs.design.level());
         let trim = trim_with(&plane, Speed::Path(1.5), depth, rule).unwrap();
-        let mut held = HeldLevel::new(plane, rule.clone(), trim);
+        let mut held = HeldTrim::new(plane, rule.clone(), trim);
         for speed in [1.5, 1.5001, 1.7777, 1.78, 2.0949, inputs.design.speed_min, inputs.design.speed_max] {
             let exact = held.solve(speed).unwrap();
             let found = held.at(speed).unwrap();
