@@ -92,3 +92,7 @@ pub use view::{
     View, lateral, longitudinal, only, references, roll,
 };
 pub use words::{number, readable, rounded};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

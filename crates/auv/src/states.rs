@@ -29,8 +29,8 @@ pub const LONGITUDINAL: [State; 5] = [
         symbol: "theta",
         unit: "rad",
         name: "pitch",
-        actuation_hint: "an actuator with a pitching moment (control surfaces have none at rest: a higher model.speed_min), or \
-               a centre of gravity farther below that of buoyancy (z_G)",
+        actuation_hint: "an actuator with a pitching moment (control surfaces have none at rest: a higher \
+               model.speed_min), or a centre of gravity farther below that of buoyancy (z_G)",
         measurement_hint: "measure 'pitch'",
     },
     State {

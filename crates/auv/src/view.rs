@@ -110,8 +110,8 @@ pub static LATERAL: View = View {
     states: |_, uses| lateral::states(uses(lateral::ROLL)),
     is_level_held: true,
     acts: Actuator::yaws_alone,
-    missing_actuator: "yaws the vehicle and does nothing in the vertical plane: give it a rudder (N_uu_delta), or a group of \
-            thrusters with N_T",
+    missing_actuator: "yaws the vehicle and does nothing in the vertical plane: give it a rudder (N_uu_delta), or a \
+            group of thrusters with N_T",
     moment: 5,
 };
 

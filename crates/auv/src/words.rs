@@ -16,7 +16,8 @@ pub fn number(v: f64) -> String {
 /// Formats a computed number for messages: six significant digits without trailing zeros.
 ///
 /// ```
-/// assert_eq!([1443.6461006741401, 2.0 / 3.0, -0.0, 3e300].map(squid_auv::rounded), ["1443.65", "0.666667", "0", "3e300"]);
+/// assert_eq!([1443.6461006741401, 2.0 / 3.0, -0.0].map(squid_auv::rounded), ["1443.65", "0.666667", "0"]);
+/// assert_eq!(squid_auv::rounded(3e300), "3e300");
 /// assert_eq!([100.0, -250000.0, 999999.7].map(squid_auv::rounded), ["100", "-250000", "1000000"]);
 /// assert_eq!([1.5e-5, f64::NAN].map(squid_auv::rounded), ["1.5e-5", "NaN"]);
 /// ```

@@ -209,3 +209,7 @@ pub use lower_bound::{Multipliers, lower_bound};
 pub use plant::{Controller, ModelError, Plant, Rows};
 pub use strict::{JsonError, from_json, given};
 pub use theorem::Theorem;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -43,3 +43,7 @@ pub use variables::role::Role;
 pub use variables::table::Table;
 pub use variables::values::Value;
 pub use variables::variable::Variable;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

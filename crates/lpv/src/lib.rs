@@ -89,3 +89,7 @@ pub use system::{
     bilinear, controller, lft, model_error, parameter_grid, partition, plant, polynomial, rational,
     state_space, tracking, weights,
 };
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

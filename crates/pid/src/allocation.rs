@@ -113,8 +113,8 @@ fn command(
             (Drive::Deflection, outputs.iter().fold(0.0, |most: f64, output| most.max(output.abs())))
         }
         _ => {
-            let allowed = "either of control surfaces, for gains such as \"deg/deg\", or of thrusters, for \"N.m/rad\": \
-                         state it as { ACTUATOR = SHARE, ... }";
+            let allowed = "either of control surfaces, for gains such as \"deg/deg\", or of thrusters, for \
+                         \"N.m/rad\": state it as { ACTUATOR = SHARE, ... }";
             return refuse("of both control surfaces and thrusters", allowed);
         }
     };

@@ -167,8 +167,8 @@ impl<D: Scalar> Coefficients<D> {
         [sway, p * c.K_p + p * p.abs() * c.K_pp, yaw]
     }
 
-    /// Returns the cross-flow drag of the hull sections: `-rho/2 C_d ∫ b v|v| dx` and `rho/2 C_d ∫ x b v|v| dx` with `v
-    /// = w - x q`.
+    /// Returns the cross-flow drag of the hull sections: `-rho/2 C_d ∫ b v|v| dx` and `rho/2 C_d ∫ x b v|v| dx` with
+    /// `v = w - x q`.
     ///
     /// Source: Healey and Lienard (1993); Fossen (2011), section 6.4.
     fn cross_flow(&self, motion: &Motion<D>) -> [D; 3] {

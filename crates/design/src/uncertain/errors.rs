@@ -46,8 +46,8 @@ struct Retrimmed<'a> {
     point: &'a [f64],
 }
 
-/// Deltas of a model for a retrimmed vehicle. Those of the trim are `of_trim` of its change relative to the half range; a
-/// parameter of the model that is not uncertain at this speed is at 0.
+/// Returns the deltas of a model for a retrimmed vehicle. Those of the trim are `of_trim` of its change relative to the
+/// half range; a parameter of the model that is not uncertain at this speed is at 0.
 fn deltas(
     vehicle: &Vehicle,
     frozen: &FrozenUncertain,

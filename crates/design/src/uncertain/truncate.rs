@@ -44,8 +44,8 @@ pub struct Truncated {
 /// tolerance in a fraction of the declared box, and builds its plant with the weights.
 ///
 /// # Errors
-/// [`UncertainError::NothingLeft`] if no parameter is left; [`ModelError::System`](crate::error::ModelError::System) if the
-/// model has no value; the errors of [`uncertain_plant`].
+/// [`UncertainError::NothingLeft`] if no parameter is left; [`ModelError::System`](crate::error::ModelError::System) if
+/// the model has no value; the errors of [`uncertain_plant`].
 pub fn reduced(
     inputs: &Inputs,
     full: &UncertainModel,
