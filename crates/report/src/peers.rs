@@ -190,9 +190,9 @@ fn words(subject: &Subject) -> String {
     };
     format!(
         "The same nonlinear vehicle, sensors, sample time, lags, limits, trim feedforward and filtered {} under each \
-            law. PID: the structure of [controller] in a design file, with gains linear in the speed and weights of \
-            the references, tuned at the three speeds by COBYLA (M. J. D. Powell, 1994) over the flights of this table, \
-            with |S| no larger and commands under noise no rougher than the design's at that speed. Blended: \
+            law. PID: the structure of [controller] in a design file, with gains linear in the speed and weights \
+            of the references, tuned at the three speeds by COBYLA (M. J. D. Powell, 1994) over the flights of this \
+            table, with |S| no larger and commands under noise no rougher than the design's at that speed. Blended: \
             H-infinity controllers of the same weights for six speeds, all running, outputs blended by speed. Flights: \
             a {} step of {}, a gust of {GUST} m/s across the path, {speed_step}; ITAE is the integral of t \
             |error|/step, of the error to the reference itself, not to a model of it. Box: the declared uncertainty, \
