@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -112,10 +113,19 @@ def run_squid(squid_command: Path) -> Run:
 
 def messages(done: subprocess.CompletedProcess, **folders: Path) -> str:
     """Return what the command wrote to standard error, for a snapshot, with each folder by its name."""
-    text = done.stderr
+    return named(done.stderr, **folders)
+
+
+def named(text: str, **folders: Path) -> str:
+    """Return a text for a snapshot, with each folder by its name."""
     for name, folder in {**folders, "ROOT": ROOT}.items():
         text = text.replace(str(folder), name)
     return text
+
+
+def masked(text: str) -> str:
+    """Return a text for a snapshot, with # for each decimal fraction: computed digits depend on the machine."""
+    return re.sub(r"\d+\.\d+(?:e[+-]?\d+)?", "#", text)
 
 
 def design(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> None:
