@@ -92,6 +92,9 @@ impl Error {
             answer["file"] = json!(wrong.file);
             answer["mistakes"] = json!(wrong.mistakes);
         }
+        if let Self::Design(DesignError::Refused(refusal)) = self {
+            answer["refusal"] = json!(refusal);
+        }
         answer
     }
 
