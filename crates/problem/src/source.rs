@@ -27,8 +27,9 @@ impl Source {
 
     /// An error in `key`; an empty key is not named.
     pub fn wrong(&self, key: &str, reason: impl Display) -> Error {
-        let key = if key.is_empty() { String::new() } else { format!("'{key}' ") };
-        Error::Problem { file: self.name.clone(), reason: format!("{key}{reason}") }
+        let shown = if key.is_empty() { String::new() } else { format!("'{key}' ") };
+        let reason = format!("{shown}{reason}");
+        Error::Problem { file: self.name.clone(), line: None, key: key.into(), reason }
     }
 
     /// An error of a key that stands at another place than it should.
@@ -52,7 +53,7 @@ impl Source {
                     self.advice(line, column, &reason)
                 ),
             };
-            Error::Problem { file: format!("{}:{line}", self.name), reason }
+            Error::Problem { file: self.name.clone(), line: Some(line), key: path, reason }
         })
     }
 
