@@ -356,7 +356,7 @@ def rescale(content: bytes) -> bytes:
 @pytest.mark.parametrize(
     ("name", "change", "key"),
     [
-        ("controller_2.json", amplify, "wrong_plant?"),
+        ("controller_2.json", amplify, "mismatch"),
         ("controller_2.json", rescale, "wrong_guid"),
         ("controller_2.json", lambda content: content.replace(b"heading", b"headinx", 1), "wrong_guid"),
         ("controller_2.json", lambda _: None, "wrong_guid"),
@@ -386,7 +386,7 @@ def test_a_third_axis_without_a_controller_is_refused(run_squid: Run, made: Made
     shutil.copy(made.both, spoilt)
     with zipfile.ZipFile(spoilt, "a") as fmu:
         fmu.writestr("resources/controller_3.json", "{}")
-    assert str(spoilt) in refusal(run_squid("verify", spoilt, "--json"), "?")["reason"]
+    assert str(spoilt) in refusal(run_squid("verify", spoilt, "--json"), "controller_design")["reason"]
 
 
 def test_an_axis_without_proof_is_packed_only_if_asked(
@@ -472,7 +472,7 @@ RAMP = "speed_from = 1.5\nspeed_to = 2.1\n"
             {},
             "autopilot.sample_time",
         ),
-        ({"Z_ww = 0.3": "Z_wv = 0.3"}, {}, {}, "?"),
+        ({"Z_ww = 0.3": "Z_wv = 0.3"}, {}, {}, "unknown_coefficient"),
         ({}, {}, {CONTROL: "[axis.contrl]\n"}, "contrl"),
         ({"sample_time = 0.02": "sample_tme = 0.02"}, {}, {}, "autopilot.sample_tme"),
     ],
