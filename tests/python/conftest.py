@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -46,6 +48,10 @@ SQUID = ROOT / "vehicles" / "squid"
 REMUS100 = ROOT / "vehicles" / "remus100"
 """With an autopilot of depth, speed and heading: two axes."""
 ERRORS_ALONE = ROOT / "tests" / "designs" / "errors_alone.toml"
+
+
+FAILED = "boxed failed"
+"""The class of what a report has in place of a section that could not be computed."""
 
 
 def in_pitch(vehicle: Path) -> Path:
@@ -110,12 +116,46 @@ def run_squid(squid_command: Path) -> Run:
     return run
 
 
+def refusal(done: subprocess.CompletedProcess, key: str, code: int = 1) -> dict:
+    """Return the answer to --json of a command that refuses with this key and this exit code."""
+    answer = json.loads(done.stdout)
+    assert (done.returncode, answer["key"]) == (code, key), answer
+    assert answer["reason"].strip() in done.stderr and "panicked" not in done.stderr
+    return answer
+
+
+def mistakes(done: subprocess.CompletedProcess) -> list[tuple[int, str]]:
+    """Return line and key, or kind, of each mistake in a file, as the answer to --json of a command that refuses it."""
+    found = refusal(done, "file")["mistakes"]
+    return [(mistake["line"], mistake.get("key", mistake["problem"])) for mistake in found]
+
+
+def allowed_keys(found: list[dict]) -> dict[str, set[str]]:
+    """Return the keys that are allowed in each table, by mistakes that are unknown keys in these tables."""
+    allowed: dict[str, set[str]] = {}
+    for mistake in found:
+        if mistake["problem"] == "unknown_key":
+            allowed.setdefault(mistake["key"].rpartition(".")[0], set()).update(
+                mistake["allowed"].split(", ")
+            )
+    return allowed
+
+
 def messages(done: subprocess.CompletedProcess, **folders: Path) -> str:
     """Return what the command wrote to standard error, for a snapshot, with each folder by its name."""
-    text = done.stderr
+    return named(done.stderr, **folders)
+
+
+def named(text: str, **folders: Path) -> str:
+    """Return a text for a snapshot, with each folder by its name."""
     for name, folder in {**folders, "ROOT": ROOT}.items():
         text = text.replace(str(folder), name)
     return text
+
+
+def masked(text: str) -> str:
+    """Return a text for a snapshot, with # for each decimal fraction: computed digits depend on the machine."""
+    return re.sub(r"\d+\.\d+(?:e[+-]?\d+)?", "#", text)
 
 
 def design(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> None:

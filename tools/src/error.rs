@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 use squid_design::error::{CertifyError, Error as DesignError, InputError, ModelError, StoreError};
+use squid_package::error::Error as PackageError;
 use squid_problem::error::Error as ProblemError;
 use squid_proof::error::ProofError;
 use strum::IntoStaticStr;
@@ -72,13 +73,17 @@ pub enum Error {
 impl Error {
     /// Returns the status in the JSON output: `not_proved` if a proof fails, else `error`.
     pub fn status(&self) -> &'static str {
-        match self {
-            Self::NotProved { .. } | Self::Unproved { .. } => "not_proved",
-            Self::Design(DesignError::Proof(reason)) | Self::Problem(ProblemError::Proof(reason))
-                if matches!(reason, ProofError::Unproved(_) | ProofError::WrongPlant { .. }) =>
-            {
-                "not_proved"
-            }
+        let proof = match self {
+            Self::NotProved { .. } | Self::Unproved { .. } => return "not_proved",
+            Self::Design(DesignError::Proof(reason)) | Self::Problem(ProblemError::Proof(reason)) => reason,
+            Self::Package(reason) => match reason.cause() {
+                PackageError::Design(DesignError::Proof(reason)) => reason,
+                _ => return "error",
+            },
+            _ => return "error",
+        };
+        match proof {
+            ProofError::Unproved(_) | ProofError::WrongPlant { .. } => "not_proved",
             _ => "error",
         }
     }
@@ -86,11 +91,22 @@ impl Error {
     /// Returns the answer for programs: `status`, the key of the error, `reason` in a sentence, and each mistake in a
     /// file with its line, its key and what is allowed.
     pub fn answer(&self) -> Value {
-        let key: &'static str = self.into();
+        let key: &'static str = match self {
+            Self::Package(reason) => reason.cause().into(),
+            other => other.into(),
+        };
         let mut answer = json!({ "status": self.status(), "key": key, "reason": self.to_string() });
-        if let Self::Design(DesignError::Input(InputError::File(wrong))) = self {
-            answer["file"] = json!(wrong.file);
-            answer["mistakes"] = json!(wrong.mistakes);
+        match self {
+            Self::Design(DesignError::Input(InputError::File(wrong))) => {
+                answer["file"] = json!(wrong.file);
+                answer["mistakes"] = json!(wrong.mistakes);
+            }
+            Self::Design(DesignError::Refused(refusal)) => answer["refusal"] = json!(refusal),
+            Self::Problem(ProblemError::Problem { file, line, key, .. }) => {
+                answer["file"] = json!(file);
+                answer["mistakes"] = json!([{ "line": line, "key": key }]);
+            }
+            _ => {}
         }
         answer
     }

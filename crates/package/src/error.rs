@@ -82,6 +82,16 @@ pub enum Error {
     Of { path: String, reason: Box<Error> },
 }
 
+impl Error {
+    /// Returns the error without the path that was added to it.
+    pub fn cause(&self) -> &Self {
+        match self {
+            Self::Of { reason, .. } => reason.cause(),
+            other => other,
+        }
+    }
+}
+
 /// Errors of the archive of an FMU.
 #[derive(Debug, ThisError, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]

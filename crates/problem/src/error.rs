@@ -19,8 +19,8 @@ pub enum Error {
     #[strum(transparent)]
     Proof(#[from] ProofError),
     /// The text is invalid.
-    #[error("{file}: {reason}")]
-    Problem { file: String, reason: String },
+    #[error("{file}{}: {reason}", .line.map_or_else(String::new, |line| format!(":{line}")))]
+    Problem { file: String, line: Option<usize>, key: String, reason: String },
     /// mu cannot be bounded.
     #[error("{file}: {reason}")]
     Mu { file: String, reason: squid_lpv::mu::sweep::SweepError },

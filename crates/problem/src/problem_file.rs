@@ -102,10 +102,10 @@ pub fn finished(source: &Source) -> Result<Problem, Error> {
     for (key, count, what) in [("B2", sizes.u, "controls"), ("C2", sizes.y, "measurements")] {
         if count > 0 {
             let reason = format!(
-                "'{key}' and others have {count} {what}; the gain is that of a closed loop: close it and leave them \
-                 out, or design a controller with `squid lpv synth`"
+                "and others have {count} {what}; the gain is that of a closed loop: close it and leave them out, or \
+                 design a controller with `squid lpv synth`"
             );
-            return Err(source.wrong("", reason));
+            return Err(source.wrong(key, reason));
         }
     }
     Ok(problem)

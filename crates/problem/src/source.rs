@@ -27,8 +27,9 @@ impl Source {
 
     /// Returns an error about `key`; an empty key is omitted.
     pub fn wrong(&self, key: &str, reason: impl Display) -> Error {
-        let key = if key.is_empty() { String::new() } else { format!("'{key}' ") };
-        Error::Problem { file: self.name.clone(), reason: format!("{key}{reason}") }
+        let shown = if key.is_empty() { String::new() } else { format!("'{key}' ") };
+        let reason = format!("{shown}{reason}");
+        Error::Problem { file: self.name.clone(), line: None, key: key.into(), reason }
     }
 
     /// Returns an error about a key in the wrong object; `place` names the right one.
@@ -52,7 +53,7 @@ impl Source {
                     self.advice(line, column, &reason)
                 ),
             };
-            Error::Problem { file: format!("{}:{line}", self.name), reason }
+            Error::Problem { file: self.name.clone(), line: Some(line), key: path, reason }
         })
     }
 

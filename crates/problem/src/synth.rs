@@ -92,9 +92,8 @@ fn check_options_with_rate(source: &Source, options: Options, reduce: bool) -> R
         ("--reduce", reduce),
     ];
     given.into_iter().find(|(_, given)| *given).map_or(Ok(()), |(name, _)| {
-        let reason =
-            format!("'rate' is given beside {name}, which it does not go with; leave one of them out");
-        Err(source.wrong("", reason))
+        let reason = format!("is given beside {name}, which it does not go with; leave one of them out");
+        Err(source.wrong("rate", reason))
     })
 }
 

@@ -1,7 +1,7 @@
 //! Report on one design: its sections, computed in parallel.
 
 use crate::error::Error;
-use crate::page::{Figure, Part, Section};
+use crate::page::{Boxed, Figure, Part, Section};
 use crate::peers::peers;
 use crate::sections::{
     disturbances, envelope, fit, flown, gammas, loops, manoeuvre, mu, robust, sensitivity, steps, structure,
@@ -140,7 +140,10 @@ pub fn section(
     (id, title): (&'static str, &'static str),
     make: impl FnOnce() -> Result<Vec<Part>, Error>,
 ) -> Section {
-    let failed = |reason| vec![Part::Words(format!("This section could not be computed: {reason}"))];
+    let failed = |reason| {
+        let words = format!("This section could not be computed: {reason}");
+        vec![Part::Boxed(Boxed { mark: "failed", paragraphs: vec![(String::new(), words)] })]
+    };
     let started = Instant::now();
     let parts = make().unwrap_or_else(failed);
     progress.done("report", &format!("{title} ({:.1} s)", started.elapsed().as_secs_f64()));

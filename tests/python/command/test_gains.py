@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from conftest import REMUS100, Run, messages
+from conftest import REMUS100, Run, masked, messages, mistakes, refusal
 from fly.stages import ROOT
 from syrupy.assertion import SnapshotAssertion
 
@@ -35,7 +35,9 @@ def ini(tmp_path: Path) -> Path:
     return path
 
 
-def test_gains_of_dune_are_proved(run_squid: Run, ini: Path, tmp_path: Path) -> None:
+def test_gains_of_dune_are_proved(
+    run_squid: Run, ini: Path, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
     """The gains of the file have the proved gain listed in docs/pid.md."""
     vehicle, mine = tmp_path / "remus100", tmp_path / "mine.toml"
     vehicle.mkdir()
@@ -43,10 +45,10 @@ def test_gains_of_dune_are_proved(run_squid: Run, ini: Path, tmp_path: Path) -> 
     shutil.copy(WEIGHTS, vehicle / "design.toml")
     done = run_squid("gains", "import", ini, "--format", "dune", "--out", mine)
     assert done.returncode == 0, done.stderr
-    assert "[controller.speed]" in done.stderr and "Depth PID Gains = 0.6, 0.0, 0.7" in done.stderr
+    assert messages(done, TMP=tmp_path) == snapshot
     # Without speed gains the proof reports them as missing.
-    done = run_squid("prove", vehicle, "--controller", mine)
-    assert done.returncode == 1 and "'controller.speed' is left out; it must be there" in done.stderr
+    ((_, key),) = mistakes(run_squid("prove", vehicle, "--controller", mine, "--json"))
+    assert key == "controller.speed"
     with mine.open("a", encoding="utf-8") as file:
         file.write(SPEED)
     done = run_squid("prove", vehicle, "--controller", mine, "--json")
@@ -91,51 +93,57 @@ def test_a_file_without_out_is_printed_whole(run_squid: Run, ini: Path, tmp_path
     ]
 
 
-def test_gains_are_written_into_the_file_alone(run_squid: Run, ini: Path, tmp_path: Path) -> None:
+def test_gains_are_written_into_the_file_alone(
+    run_squid: Run, ini: Path, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
     """A byte order mark, line ends, and a link to the file are preserved; values that are not written are reported."""
     mine, link = tmp_path / "mine.toml", tmp_path / "link.ini"
     ini.write_bytes(b"\xef\xbb\xbf" + DUNE.replace("\n", "\r\n").encode())
     before = ini.read_bytes()
     link.symlink_to(ini)
     assert run_squid("gains", "import", ini, "--format", "dune", "--out", mine).returncode == 0
-    again = run_squid("gains", "export", mine, "--format", "dune", "--into", link)
-    assert again.returncode == 0 and "nothing is changed" in again.stdout and ini.read_bytes() == before
+    export = ("gains", "export", mine, "--format", "dune", "--into", link, "--json")
+    assert json.loads(run_squid(*export).stdout)["changes"] == [] and ini.read_bytes() == before
     text = mine.read_text(encoding="utf-8").replace("value = 1.5", "value = 2.25") + SPEED
     mine.write_text(text, encoding="utf-8")
-    done = run_squid("gains", "export", mine, "--format", "dune", "--into", link)
+    done = run_squid(*export)
     assert done.returncode == 0, done.stderr
-    assert "link.ini:3: [Control.AUV.Attitude] Pitch PID Gains: 1.5 -> 2.25" in " ".join(done.stdout.split())
-    assert "Not written: [controller.speed]" in done.stderr
+    key = "[Control.AUV.Attitude] Pitch PID Gains"
+    assert json.loads(done.stdout)["changes"] == [{"line": 3, "key": key, "from": "1.5", "to": "2.25"}]
+    assert messages(done) == snapshot
     assert link.is_symlink() and ini.read_bytes() == before.replace(b"= 1.5", b"= 2.25")
 
 
 def test_what_cannot_be_written_leaves_everything_as_it_was(
-    run_squid: Run, ini: Path, tmp_path: Path
+    run_squid: Run, ini: Path, tmp_path: Path, snapshot: SnapshotAssertion
 ) -> None:
     mine = tmp_path / "mine.toml"
     assert run_squid("gains", "import", ini, "--format", "dune", "--out", mine).returncode == 0
     text = mine.read_text(encoding="utf-8")
     mine.write_text(text.replace("value = 1.5", "value = [1.5, 0.2]"), encoding="utf-8")
-    done = run_squid("gains", "export", mine, "--format", "dune", "--into", ini)
-    assert done.returncode == 1 and "is a function of speed" in done.stderr and "mine.toml:" in done.stderr
+    done = run_squid("gains", "export", mine, "--format", "dune", "--into", ini, "--json")
+    line = 1 + text[: text.index("value = 1.5")].count("\n")
+    assert mistakes(done) == [(line, "controller.pitch.kp")]
     assert ini.read_text(encoding="utf-8") == DUNE
-    refused = run_squid("gains", "import", ini, "--format", "dune", "--out", ini)
-    assert refused.returncode == 64 and "another file than the one that is read" in refused.stderr
+    done = run_squid("gains", "import", ini, "--format", "dune", "--out", ini, "--json")
+    refusal(done, "argument", 64)
+    assert messages(done, TMP=tmp_path) == snapshot
     assert ini.read_text(encoding="utf-8") == DUNE
     # Refused gains leave no file.
     none = tmp_path / "none.toml"
     ini.write_text(DUNE.replace("1.5", "x"), encoding="utf-8")
-    done = run_squid("gains", "import", ini, "--format", "dune", "--out", none)
-    assert done.returncode == 1 and "control.ini:3:" in done.stderr and not none.exists()
+    done = run_squid("gains", "import", ini, "--format", "dune", "--out", none, "--json")
+    assert mistakes(done) == [(3, "[Control.AUV.Attitude] Pitch PID Gains")] and not none.exists()
 
 
-def test_the_full_output_of_ardusub_must_be_given(run_squid: Run, tmp_path: Path) -> None:
+def test_the_full_output_of_ardusub_must_be_given(
+    run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
     param = tmp_path / "sub.param"
     param.write_text(ARDUSUB, encoding="utf-8")
-    done = run_squid("gains", "import", param, "--format", "ardusub", "--vehicle", BLUEROV2)
-    words = " ".join(done.stderr.split())
-    assert done.returncode == 1 and "sub.param:2: 'ATC_RAT_PIT_P'" in words
-    assert "--full-output MOMENT" in words and "all thrusters of bluerov2_heavy at their limits give" in words
+    done = run_squid("gains", "import", param, "--format", "ardusub", "--vehicle", BLUEROV2, "--json")
+    assert mistakes(done) == [(2, "ATC_RAT_PIT_P")]
+    assert masked(messages(done, TMP=tmp_path)) == snapshot
     done = run_squid("gains", "import", param, "--format", "ardusub", "--full-output", "30", "--json")
     gains = {gain["name"]: gain["value"] for gain in json.loads(done.stdout)["gains"]}
     # 30 (0.135 6 + 0.09), 30 0.09 6, 30 0.135, 0.135 6/(0.135 6 + 0.09)
@@ -148,9 +156,11 @@ def test_the_unit_of_mvp_is_given(run_squid: Run, tmp_path: Path) -> None:
     limits = "i_max: 10, i_min: -10"
     flight = f"flight: {{pitch: {{p: 5.0, i: 1.0, d: 2.0, {limits}}}, surge: {{p: 10.0, i: 3.0, {limits}}}}}"
     modes.write_text(f"control_modes:\n  {flight}\n  hold: {{pitch: {{p: 6.0}}}}\n", encoding="utf-8")
-    for options, words in (([], "--mode: flight, hold"), (["--mode", "flight"], "--unit N.m for thrusters")):
-        done = run_squid("gains", "import", modes, "--format", "mvp", *options)
-        assert done.returncode == 1 and words in done.stderr, done.stderr
+    unit = (2, "control_modes.flight.pitch.p")
+    for options, mistake in (([], (1, "control_modes")), (["--mode", "flight"], unit)):
+        assert mistakes(run_squid("gains", "import", modes, "--format", "mvp", *options, "--json")) == [
+            mistake
+        ]
     options = ["--format", "mvp", "--mode", "flight", "--unit", "N.m"]
     gains = json.loads(run_squid("gains", "import", modes, *options, "--json").stdout)["gains"]
     assert {gain["name"]: (gain["value"], gain["unit"]) for gain in gains} == {

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
 import pytest
-from conftest import REMUS100, Run
+from conftest import REMUS100, Run, masked, messages, mistakes, refusal
 from fly.stages import ROOT
+from syrupy.assertion import SnapshotAssertion
 
 pytestmark = pytest.mark.change
 
@@ -66,11 +68,10 @@ def test_gains_of_heading_are_proved(run_squid: Run, tmp_path: Path) -> None:
     found = json.loads(done.stdout)
     assert found["status"] == "proved" and found["frozen_growth"] < 0.0
     assert 0.9 < found["gain"] < 1.2 < 5.0 * found["full_order_gain"]
-    done = run_squid("prove", REMUS100, "--axis", "depth", "--controller", gains)
-    assert done.returncode == 1 and "'controller.heading'" in done.stderr, done.stderr
+    done = run_squid("prove", REMUS100, "--axis", "depth", "--controller", gains, "--json")
+    assert "controller.heading" in [key for _, key in mistakes(done)]
     gains.write_text(HEADING.replace("KP", "-0.81"), encoding="utf-8")
-    done = run_squid(*words)
-    assert done.returncode == 1 and f"{gains}:4: 'controller.heading.kp' is -0.81" in done.stderr, done.stderr
+    assert mistakes(run_squid(*words)) == [(4, "controller.heading.kp")]
 
 
 def test_published_gains_are_proved(run_squid: Run, vehicle: Path) -> None:
@@ -100,41 +101,43 @@ def test_a_missed_requirement_is_said_by_the_exit_code(run_squid: Run, vehicle: 
     options = ["--strict"] if strict else []
     done = run_squid("prove", vehicle, "--controller", given(vehicle, controller(DUNE)), *options)
     assert done.returncode == (5 if strict else 0), done.stderr
-    for words in ("PROVED below 3", "stable at every speed", "full order", "box ", "MISSED"):
-        assert words in done.stdout
+    for stage in ("frozen", "gain", "sampled", "full order", "box"):
+        assert re.search(rf"^{stage} +\S", done.stdout, re.MULTILINE), stage
+    assert "MISSED" in done.stdout
     assert max(map(len, run_squid("prove", vehicle, columns="100").stderr.splitlines())) <= 100
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "line", "key"),
     [
-        (("value = 0.3", "value = 0.0"), "an integrator without gain"),
-        (('"rad/rad"', '"rad"'), '\'controller.pitch.kp\' is in "rad"; it must be in "rad/rad" or "deg/deg"'),
-        (("value = 5.0", "value = -5.0"), "positive feedback"),
-        (('kind = "pid"', 'kind = "pid"\nintegrator = "scheduled input"'), "a factor of a hundred"),
-        (('kind = "pid"', 'kind = "full"'), "'controller.kind'"),
-        (("kd = {", "kdd = {"), "did you mean 'kd'?"),
+        (("value = 0.3", "value = 0.0"), 5, "controller.pitch.ki"),
+        (('"rad/rad"', '"rad"'), 4, "controller.pitch.kp"),
+        (("value = 5.0", "value = -5.0"), 4, "controller.pitch.kp"),
+        (('kind = "pid"', 'kind = "pid"\nintegrator = "scheduled input"'), 3, "controller.integrator"),
+        (('kind = "pid"', 'kind = "full"'), 2, "controller.kind"),
+        (("kd = {", "kdd = {"), 6, "controller.pitch.kdd"),
     ],
 )
 def test_what_cannot_be_proved_is_refused(
-    run_squid: Run, vehicle: Path, change: tuple[str, str], words: str
+    run_squid: Run, vehicle: Path, change: tuple[str, str], line: int, key: str
 ) -> None:
     text = controller(PVS)
     assert change[0] in text
-    done = run_squid("prove", vehicle, "--controller", given(vehicle, text.replace(*change, 1)))
-    assert done.returncode == 1
-    assert words in done.stderr
-    assert "mine.toml:" in done.stderr
+    done = run_squid("prove", vehicle, "--controller", given(vehicle, text.replace(*change, 1)), "--json")
+    assert mistakes(done)[0] == (line, key)
+    assert refusal(done, "file")["file"].endswith("mine.toml")
 
 
 @pytest.mark.parametrize(("kp", "growth"), [(1.5, 0.59), (0.6, 0.48)])
 def test_an_unstable_loop_is_refused_with_speed_and_growth(
-    run_squid: Run, vehicle: Path, kp: float, growth: float
+    run_squid: Run, vehicle: Path, kp: float, growth: float, snapshot: SnapshotAssertion
 ) -> None:
     """DUNE without its derivative, and lrauv; the growth equals that of a prototype."""
-    done = run_squid("prove", vehicle, "--controller", given(vehicle, controller((kp, 0.0, 0.0))))
-    assert done.returncode == 1
-    assert f"at 2.20 m/s, where it is worst, it grows by {growth} 1/s" in done.stderr
+    done = run_squid("prove", vehicle, "--controller", given(vehicle, controller((kp, 0.0, 0.0))), "--json")
+    found = refusal(done, "refused")["refusal"]
+    assert (found["check"], found["speed"]) == ("unstable_given", pytest.approx(2.2))
+    assert found["growth"] == pytest.approx(growth, abs=0.005)
+    assert masked(messages(done)) == snapshot
 
 
 def test_a_rate_that_is_not_measured_is_named(run_squid: Run, vehicle: Path) -> None:
@@ -142,18 +145,19 @@ def test_a_rate_that_is_not_measured_is_named(run_squid: Run, vehicle: Path) -> 
     text = path.read_text(encoding="utf-8")
     begin = text.index('[[measure]]\nsignal = "pitch_rate"')
     path.write_text(text[:begin] + text[text.index("[control]") :], encoding="utf-8")
-    done = run_squid("prove", vehicle, "--controller", given(vehicle, controller(PVS)))
-    assert done.returncode == 1
-    assert "gain on pitch_rate, which design.toml does not measure" in done.stderr
+    done = run_squid("prove", vehicle, "--controller", given(vehicle, controller(PVS)), "--json")
+    assert mistakes(done) == [(6, "controller.pitch.kd")]
 
 
-def test_there_must_be_a_controller(run_squid: Run, vehicle: Path) -> None:
-    done = run_squid("prove", vehicle)
-    assert done.returncode == 1
-    assert "has no [controller]" in done.stderr
+def test_there_must_be_a_controller(run_squid: Run, vehicle: Path, snapshot: SnapshotAssertion) -> None:
+    done = run_squid("prove", vehicle, "--json")
+    refusal(done, "no_controller")
+    assert messages(done) == snapshot
 
 
-def test_a_design_file_with_gains_is_designed_and_exported(run_squid: Run, vehicle: Path) -> None:
+def test_a_design_file_with_gains_is_designed_and_exported(
+    run_squid: Run, vehicle: Path, snapshot: SnapshotAssertion
+) -> None:
     """The design is exported, and there is no search for other weights."""
     with (vehicle / "design.toml").open("a", encoding="utf-8") as file:
         file.write("\n" + controller(PVS).replace('"pid"', '"pid"\ntracking_time = 0.5', 1))
@@ -178,16 +182,17 @@ def test_a_design_file_with_gains_is_designed_and_exported(run_squid: Run, vehic
     text = path.read_text(encoding="utf-8")
     stored["gains"][0]["coefficients"] = [5.1]
     path.write_text(json.dumps(stored), encoding="utf-8")
-    done = run_squid("export", vehicle, "--out", out)
-    assert done.returncode == 1 and "gains" in done.stderr
+    done = run_squid("export", vehicle, "--out", out, "--json")
+    refusal(done, "uncertified")
+    assert messages(done, TMP=vehicle.parent) == snapshot
     path.write_text(text, encoding="utf-8")
     source = next((out / "c").glob("*.c"))
     done = run_squid("verify", "--c", source, "--vehicle", vehicle)
     assert done.returncode == 0, done.stderr
     for verb in (["tune", vehicle, "--designs", "1"], ["design", vehicle, "--robust", "--out", out]):
-        done = run_squid(*verb)
-        assert done.returncode == 1
-        assert "[controller] gives the controller" in done.stderr
+        done = run_squid(*verb, "--json")
+        refusal(done, "given_controller")
+        assert messages(done) == snapshot
 
 
 @pytest.mark.night

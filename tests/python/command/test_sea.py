@@ -14,12 +14,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomllib
-from conftest import PITCHING, Run
+from conftest import PITCHING, Run, allowed_keys, masked, messages, refusal
 from fly.package import Packages
 from fly.stages import ROOT
 from fmpy import simulate_fmu
 from fmpy.fmi1 import FMICallException
 from jsonschema import Draft202012Validator
+from syrupy.assertion import SnapshotAssertion
 
 pytestmark = pytest.mark.change
 
@@ -46,13 +47,13 @@ def toml(value: object) -> str:
     return repr(value) if isinstance(value, float) else json.dumps(value)
 
 
-def complaints(run_squid: Run, folder: Path, sea: dict) -> str:
-    """Return the message about a sea file; empty if it is read: BlueROV2 Heavy is not simulated in waves."""
+def complaints(run_squid: Run, folder: Path, sea: dict) -> list[dict]:
+    """Return the mistakes in a sea file; none if it is read: BlueROV2 Heavy is not simulated in waves."""
     file = folder / "sea.toml"
     file.write_text("".join(f"{key} = {toml(value)}\n" for key, value in sea.items()), encoding="utf-8")
-    done = run_squid("simulate", BLUEROV, "--sea", file, "--out", folder)
+    done = run_squid("simulate", BLUEROV, "--sea", file, "--out", folder, "--json")
     assert done.returncode == 1
-    return done.stderr if "sea.toml:" in done.stderr else ""
+    return json.loads(done.stdout).get("mistakes", [])
 
 
 def test_the_schema_is_that_of_what_is_shipped() -> None:
@@ -64,12 +65,9 @@ def test_the_keys_are_those_that_are_read(run_squid: Run, tmp_path: Path) -> Non
     tables = {key: table.get("items", table) for key, table in SCHEMA["properties"].items()}
     tables = {"": SCHEMA} | {key: table for key, table in tables.items() if "properties" in table}
     sea = {key: {"zzz": 0} for key in tables if key} | {"zzz": 0, "sensor": [{"zzz": 0}]}
-    said = complaints(run_squid, tmp_path, sea)
-    read = {
-        path.rpartition(".")[0]: set(allowed.split(", "))
-        for path, allowed in re.findall(r"unknown key '([\w.]*zzz)'.*allowed here: (.*)", said)
+    assert allowed_keys(complaints(run_squid, tmp_path, sea)) == {
+        path: set(table["properties"]) for path, table in tables.items()
     }
-    assert read == {path: set(table["properties"]) for path, table in tables.items()}
 
 
 def numbers() -> list[tuple[str, str, float | int, bool]]:
@@ -97,7 +95,7 @@ def test_the_limits_are_those_that_are_read(
     sea["waves"]["height"] = 0.01
     place = sea if table == "" else sea[table]
     (place[0] if table == "sensor" else place)[key] = value
-    assert (complaints(run_squid, tmp_path, sea) == "") == allowed
+    assert (complaints(run_squid, tmp_path, sea) == []) == allowed
     assert VALIDATOR.is_valid(sea) == allowed
 
 
@@ -122,18 +120,19 @@ def test_what_excludes_another_is_what_is_read(
     assert not VALIDATOR.is_valid(sea)
 
 
-def test_a_vehicle_without_size_is_not_flown_in_waves(run_squid: Run, tmp_path: Path) -> None:
-    done = run_squid("simulate", BLUEROV, "--sea", SEA, "--out", tmp_path)
-    assert done.returncode == 1
-    assert "bluerov2_heavy has no [geometry]" in done.stderr
-    assert done.stderr.count("\n") == 1
+def test_a_vehicle_without_size_is_not_flown_in_waves(
+    run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
+    done = run_squid("simulate", BLUEROV, "--sea", SEA, "--out", tmp_path, "--json")
+    refusal(done, "no_geometry")
+    assert messages(done) == snapshot
     assert not any(tmp_path.iterdir())
 
 
-def test_a_sea_that_is_not_there(run_squid: Run, tmp_path: Path) -> None:
-    done = run_squid("simulate", BLUEROV, "--sea", tmp_path / "none.toml", "--out", tmp_path)
-    assert done.returncode == 1
-    assert done.stderr == f"squid: {tmp_path / 'none.toml'}: there is no such file\n"
+def test_a_sea_that_is_not_there(run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion) -> None:
+    done = run_squid("simulate", BLUEROV, "--sea", tmp_path / "none.toml", "--out", tmp_path, "--json")
+    refusal(done, "not_found")
+    assert messages(done, TMP=tmp_path) == snapshot
 
 
 @pytest.fixture(scope="module")
@@ -166,7 +165,7 @@ def test_the_record_is_that_of_the_sea(run_squid: Run, designed: Path) -> None:
 
 
 def test_a_flight_that_leaves_the_range_of_speed_says_so(
-    run_squid: Run, designed: Path, tmp_path: Path
+    run_squid: Run, designed: Path, tmp_path: Path, snapshot: SnapshotAssertion
 ) -> None:
     """A speed log reads 0.3 m/s too high: the autopilot, unaware of it, flies below its range."""
     sea = tmp_path / "sea.toml"
@@ -181,11 +180,12 @@ def test_a_flight_that_leaves_the_range_of_speed_says_so(
     speeds = np.hypot(speeds, heave)
     outside = speeds[speeds < 1.4]
     assert 0 < len(outside) < len(rows)
-    words = " ".join((done.stdout + done.stderr).split())
-    assert "WARNING: in the sea the speed is outside the range of the design, 1.4 to 2.2 m/s" in words
-    assert f"during {100.0 * len(outside) / len(rows):.1f} % of the time" in words
-    assert f"{outside.min():.2f} to {outside.max():.2f} m/s. What is proved" in words
-    assert "in still water" not in words
+    # Only the flight in the sea is warned of: with the range, the share of the time, and the speeds outside.
+    (warning,) = re.findall(r"WARNING.*?\. What[^.]*\.", done.stdout, re.DOTALL)
+    share = 100.0 * len(outside) / len(rows)
+    expected = ["1.4", "2.2", f"{share:.1f}", f"{outside.min():.2f}", f"{outside.max():.2f}"]
+    assert re.findall(r"\d+\.\d+", warning)[:5] == expected
+    assert masked(warning) == snapshot
 
 
 def test_what_is_said_is_what_was_flown(run_squid: Run, designed: Path, tmp_path: Path) -> None:
@@ -196,9 +196,9 @@ def test_what_is_said_is_what_was_flown(run_squid: Run, designed: Path, tmp_path
 
     high = tmp_path / "high.toml"
     high.write_text(SEA.read_text(encoding="utf-8").replace("depth = 10.0", "depth = 1.0"), encoding="utf-8")
-    done = run_squid("simulate", PITCHING, "--sea", high, "--out", designed)
+    done = run_squid("simulate", PITCHING, "--sea", high, "--out", designed, "--json")
     assert done.returncode == 0, done.stderr
-    assert "In the sea the vehicle reaches the surface at " in done.stdout
+    assert json.loads(done.stdout)["surfacing"] > 0.0
 
 
 def test_the_fmu_meets_the_same_waves(run_squid: Run, remus100: Packages, tmp_path: Path) -> None:
@@ -269,6 +269,5 @@ def test_a_report_has_the_sea_that_is_asked_for(run_squid: Run, quick_vehicle: P
         "y points down"
     )
 
-    refused = run_squid("report", BLUEROV, "--sea", SEA, "--out", tmp_path / "none")
-    assert refused.returncode == 1 and "[geometry]" in refused.stderr
+    refusal(run_squid("report", BLUEROV, "--sea", SEA, "--out", tmp_path / "none", "--json"), "no_geometry")
     assert not (tmp_path / "none").exists()

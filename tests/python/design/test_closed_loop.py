@@ -6,6 +6,7 @@ Budiyono (2011); then the designs in use, with measurements and a reference mode
 
 from __future__ import annotations
 
+import re
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -82,9 +83,9 @@ def test_commands_come_as_late_as_the_design_declares(
     text = design.read_text(encoding="utf-8")
     design.write_text(text.replace("sample_time = 0.02", "sample_time = 0.02\ndelay = 0.1"), encoding="utf-8")
     packages = kept(run_squid, vehicle)
-    assert "too fast for the sample time" in (packages.folder / "design.txt").read_text(encoding="utf-8")
     sampled = run_squid("verify", packages.folder / "sampled_certificate.json", "--vehicle", vehicle)
-    assert "controller.json beside it, with a delay of 5 ticks" in sampled.stdout, sampled.stderr
+    assert sampled.returncode == 0, sampled.stderr
+    assert re.findall(r"(\d+) ticks", sampled.stdout) == ["5"]
     flown = pitch_step(packages, 1.5, TEN_DEGREES, 40.0)
     commands = np.column_stack([flown[name] for name in limits(packages)])
     moved = np.abs(commands - commands[0]).max(axis=1) > 1e-3

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import tomllib
-from conftest import PITCHING, Run, kept, reported
+from conftest import PITCHING, Run, kept, masked, messages, refusal, reported
 from flights import engagement, fly_alone, sample_time
 from fly.flight import AGREEMENT
 from fly.master import Slave, couple
@@ -21,6 +21,7 @@ from fly.record import differences, references_in
 from fly.stages import ROOT
 from fmpy.validation import validate_fmu
 from scipy.integrate import solve_ivp
+from syrupy.assertion import SnapshotAssertion
 
 pytestmark = pytest.mark.change
 
@@ -157,27 +158,29 @@ def test_coupled_is_the_same_flight(nps: Packages, fidelity: int) -> None:
 
 
 def test_the_proof_is_of_this_vehicle(run_squid: Run, nps: Packages) -> None:
-    done = run_squid("verify", nps.loop, "--vehicle", NPS, "--verbose")
-    assert done.returncode == 0, done.stderr
-    assert "of the parameter in [-1, 1]" in done.stdout
     # The scale of the pitch is verified only with the vehicle's files.
     certificate = nps.folder / "certificate.json"
     of = ("--vehicle", NPS)
     runs = [(nps.loop, *of), (certificate, *of), (nps.loop,), (certificate,)]
     found = [json.loads(run_squid("verify", *run, "--json").stdout)["pitch_step_deg"] for run in runs]
     assert found[0] == found[1] and found[2:] == [None, None]
-    assert 3.0 < found[0] < 90.0 and f"of up to {found[0]} deg" in done.stdout
-    other = run_squid("verify", nps.loop, "--vehicle", PITCHING)
-    assert other.returncode != 0
+    assert 3.0 < found[0] < 90.0
+    done = run_squid("verify", nps.loop, "--vehicle", NPS, "--verbose")
+    assert done.returncode == 0 and f" {found[0]} deg" in done.stdout, done.stderr
+    assert run_squid("verify", nps.loop, "--vehicle", PITCHING).returncode == 1
 
 
-def test_the_report_speaks_of_the_given_speed(run_squid: Run) -> None:
+def test_the_report_speaks_of_the_given_speed(run_squid: Run, snapshot: SnapshotAssertion) -> None:
     page = reported(run_squid, NPS)
-    assert "Steps of the given speed of nps_auv_ii" in page and "follows the given speed" in page
+    captions = re.findall(r"<figcaption>(.*?)</figcaption>", page)
+    assert "\n".join(masked(one) for one in captions if "given" in one) == snapshot
     assert "speed reference" not in page and "NaN" not in page
     assert "x = [w q theta]" in page
-    assert "the speed is given, to all alike" in page and "No PID was tuned" not in page
-    assert "pitch step: ITAE" in page and "speed step: ITAE" not in page
+    (peers,) = re.findall(r'<section id="peers">(.*?)</section>', page, re.DOTALL)
+    head, *rows = re.findall("<tr>(.*?)</tr>", peers)
+    assert ">PID</th>" in head and not [
+        row for row in rows if row.startswith(("<td>speed", '<td class="words">speed'))
+    ]
 
 
 def test_a_variant_of_the_system_starts_at_the_speed_that_it_gives(nps: Packages) -> None:
@@ -215,22 +218,19 @@ noise = 0.001
 
 
 @pytest.mark.parametrize(
-    ("more", "key"),
-    [
-        (SPEED_TRACK, 'track.output = "speed"'),
-        (SPEED_MEASURED, 'measure.signal = "speed"'),
-        ("\n[require]\nspeed_rise = 3.0\n", "require.speed_rise"),
-    ],
+    "more",
+    [SPEED_TRACK, SPEED_MEASURED, "\n[require]\nspeed_rise = 3.0\n"],
+    ids=["track", "measure", "require"],
 )
-def test_a_design_may_not_ask_for_the_speed(run_squid: Run, tmp_path: Path, more: str, key: str) -> None:
+def test_a_design_may_not_ask_for_the_speed(
+    run_squid: Run, tmp_path: Path, more: str, snapshot: SnapshotAssertion
+) -> None:
     vehicle = shutil.copytree(NPS, tmp_path / "nps")
     with (vehicle / "design.toml").open("a", encoding="utf-8") as design:
         design.write(more)
-    done = run_squid("design", vehicle, "--no-advise", "--out", tmp_path / "out")
-    assert done.returncode == 1
-    assert (
-        f"design.toml: '{key}' must be left out, because the vehicle file says [surge] speed" in done.stderr
-    )
+    done = run_squid("design", vehicle, "--no-advise", "--out", tmp_path / "out", "--json")
+    refusal(done, "given_speed")
+    assert messages(done, TMP=tmp_path) == snapshot
     assert not (tmp_path / "out").exists()
 
 

@@ -178,7 +178,7 @@ def test_outside_the_range_of_speed_the_nearest_law_flies_and_says_so(
         flown = couple(plant, controller, references, 60.0, sample_time(squid))
     outside = [rho for out, rho in given if out]
     assert len(outside) > 10 and set(outside) == {end}
-    said = capfd.readouterr().out.count("held at %g until it returns" % end)
+    said = capfd.readouterr().out.count(f"held at {end:g} ")
     if flown_at == wanted:
         assert said == 1 and not given[-1][0]
     else:

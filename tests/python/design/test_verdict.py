@@ -8,9 +8,10 @@ import shutil
 from pathlib import Path
 
 import pytest
-from conftest import Run, once
+from conftest import Run, masked, messages, named, once
 from fly import build
 from fly.stages import ROOT
+from syrupy.assertion import SnapshotAssertion
 
 pytestmark = pytest.mark.change
 
@@ -41,17 +42,19 @@ def hard(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return vehicle
 
 
-def test_a_requirement_that_is_missed_is_told_and_counted(run_squid: Run, hard: Path, tmp_path: Path) -> None:
+def test_a_requirement_that_is_missed_is_told_and_counted(
+    run_squid: Run, hard: Path, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
     """The files are written all the same; the only missed requirement is named, with the value found."""
     done = run_squid("design", hard, "--strict", "--no-advise", "--out", tmp_path / "out")
     assert done.returncode == MISSED, done.stderr
     assert "1 of 13 requirements MISSED" in done.stdout
-    # The design does not track the speed, so that there is no row on its loss in a steep climb.
-    assert "largest loss of speed" not in done.stdout
-    assert done.stderr.startswith("squid: MISSED: phase margin is ")
-    assert "'require.phase_margin' asks for > 88 deg" in done.stderr
+    assert masked(messages(done)) == snapshot
     figures = json.loads((tmp_path / "out" / "design.json").read_text("utf-8"))
-    missed = [row for row in figures["verdict"]["rows"] if row["outcome"] == "missed"]
+    rows = figures["verdict"]["rows"]
+    # The design does not track the speed, so that there is no row on its loss in a steep climb.
+    assert not {"beyond_speed", "held_speed"} & {row["key"] for row in rows}
+    missed = [row for row in rows if row["outcome"] == "missed"]
     assert [(row["key"], row["limit"]) for row in missed] == [("phase_margin", 88.0)]
     assert missed[0]["achieved"]["value"] < 88.0
     assert "advice" not in missed[0]
@@ -67,7 +70,7 @@ def test_advice_is_printed_and_kept(run_squid: Run, hard: Path, tmp_path: Path) 
     ((key, advice),) = ((row["key"], row["advice"]) for row in figures["verdict"]["rows"] if "advice" in row)
     turn = advice["turn"]
     assert key == "phase_margin"
-    assert turn["key"] in ("track.bandwidth of pitch", "control.weight", "control.disturbance")
+    assert turn["key"].split(" of ")[0] in ("track.bandwidth", "control.weight", "control.disturbance")
     words = ("raise" if turn["factor"] > 1 else "lower") + f" {turn['key']}: 10 % "
     assert advice["words"].startswith(words)
     done = run_squid("report", hard, "--out", tmp_path / "out")
@@ -76,7 +79,7 @@ def test_advice_is_printed_and_kept(run_squid: Run, hard: Path, tmp_path: Path) 
     assert words.replace(" %", "\u00a0%") in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
-def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:
+def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion) -> None:
     """Few designs: the written file is commented, and gives the verdict that was printed."""
     few = ("--designs", "2")
 
@@ -85,7 +88,7 @@ def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:
         shutil.copy(TETHYS / "vehicle.toml", vehicle)
         done = run_squid("tune", vehicle, *few, timeout=600.0)
         assert done.returncode in (0, MISSED), done.stderr
-        assert (done.returncode == 0) == ("requirements are met" in done.stdout), done.stdout
+        assert (done.returncode == MISSED) == ("MISSED" in done.stdout), done.stdout
         (vehicle / "tune.txt").write_text(done.stdout, encoding="utf-8")
         again = run_squid("design", vehicle, "--no-advise", "--out", vehicle / "out")
         assert again.returncode == 0, again.stderr
@@ -93,19 +96,18 @@ def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:
 
     made = once([build.squid(), TETHYS / "vehicle.toml"], ["tune", *few], tune)
     printed, again = ((made / name).read_text(encoding="utf-8") for name in ("tune.txt", "again.txt"))
-    assert "begun from the vehicle: " in printed
-    assert "PROVED: gain below " in printed
-    assert "the search would go on: it used all 2 designs that --designs allows" in printed
-    assert re.search(r"squid tune \S+ --design design --to design$", printed, re.MULTILINE)
+    told = [
+        line.strip()
+        for line in printed.splitlines()
+        if re.search("begun from|PROVED: |--designs|squid ", line)
+    ]
+    assert masked(named("\n".join(told), MADE=made.with_suffix(".unfinished"))) == snapshot
     assert re.search(r"^ +[\d.]+ +[\d.]+   written$", printed, re.MULTILINE)
-    assert re.search(r"^ +next: squid report \S+$", printed, re.MULTILINE)
     table = [line for line in printed.splitlines() if "phase margin" in line]
     assert table[0] in again
 
     vehicle = Path(shutil.copytree(made, tmp_path / "mine"))
     text = (vehicle / "design.toml").read_text(encoding="utf-8")
     assert "# Pitch follows" in text
-    refused = run_squid("tune", vehicle, "--designs", "0")
-    assert refused.returncode == 64
-    assert "--designs is 0; it must be at least 1" in refused.stderr
+    assert run_squid("tune", vehicle, "--designs", "0").returncode == 64
     assert (vehicle / "design.toml").read_text(encoding="utf-8") == text

@@ -82,7 +82,7 @@ def test_the_comparison_sees_the_last_bit(squid: Packages, run_squid: Run, tmp_p
     assert count == 1
     exported.source.write_text(changed, encoding="utf-8")
     done = against_fmu(exported, squid, tmp_path)
-    assert done.returncode == 1 and "the source is not the FMU" in done.stderr
+    assert done.returncode == 1 and done.stderr.startswith("output ")
 
 
 @pytest.mark.night
@@ -167,4 +167,4 @@ def test_no_product_and_sum_are_fused(exported: Exported, compiler, tmp_path: Pa
 def test_fast_math_is_refused(exported: Exported, tmp_path: Path) -> None:
     words = [*gcc(), "-ffast-math", "-c", "-o", tmp_path / "x.o", exported.source]
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
-    assert done.returncode != 0 and "compile without -ffast-math" in done.stderr
+    assert done.returncode != 0 and "without -ffast-math" in done.stderr

@@ -49,4 +49,4 @@ def test_messages_are_formats_of_themselves(squid: Packages, host: Path, tmp_pat
     words = [host, unpacked.binary(OWN), "100 %s", f"file://{unpacked.folder}/resources", "0.02", "1", "1"]
     done = subprocess.run(list(map(str, words)), capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 1
-    assert "fmi2Instantiate: the GUID is '100 %s', but" in done.stderr
+    assert "fmi2Instantiate: " in done.stderr and done.stderr.count("'100 %s'") == 1

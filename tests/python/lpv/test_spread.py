@@ -7,8 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import Run
+from conftest import Run, masked
 from fly.stages import ROOT
+from syrupy.assertion import SnapshotAssertion
 
 pytestmark = pytest.mark.change
 
@@ -48,9 +49,9 @@ def test_what_is_said_is_true(synth: Synth, problem: dict) -> None:
     assert report["certified_gamma"] >= 0.9999 * low
     assert report["gamma"] >= 0.999 * low
     assert not report["least"] or report["gamma"] <= 1.01 * high
-    uncertain = any("a better one may exist" in remark for remark in report["remarks"])
+    uncertain = any("may exist" in remark for remark in report["remarks"])
     assert uncertain == (not report["least"])
-    far = any("the certified gamma is" in remark for remark in report["remarks"])
+    far = any("certified gamma" in remark for remark in report["remarks"])
     assert far == (report["certified_gamma"] > 1.1001 * report["gamma"])
 
 
@@ -74,8 +75,11 @@ def test_reported_problems(synth: Synth, problem: dict) -> None:
     assert report["certified_gamma"] <= 1.1001 * problem["least"]
 
 
-def test_a_limit_below_the_least_is_infeasible_and_one_above_is_not(run_squid: Run, tmp_path: Path) -> None:
+def test_a_limit_below_the_least_is_infeasible_and_one_above_is_not(
+    run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
     """No wrong answer on either side, 0.2 % from the least gamma; the text says what does not exist."""
+    headlines = set()
     for problem in REPORTED:
         path = tmp_path / f"{problem['name']}.json"
         path.write_text(json.dumps({"data": problem["data"]}), encoding="utf-8")
@@ -83,10 +87,13 @@ def test_a_limit_below_the_least_is_infeasible_and_one_above_is_not(run_squid: R
         assert above.returncode == 0, above.stdout
         below = run_squid("lpv", "synth", path, "--gamma-limit", 0.998 * problem["least"])
         assert below.returncode == 2, below.stdout
-        assert below.stdout.startswith("infeasible: no controller has a gain below the limit")
+        headlines.add(below.stdout.splitlines()[0])
+    assert headlines == snapshot
 
 
-def test_a_stable_plant_without_a_common_lyapunov_function(run_squid: Run, tmp_path: Path) -> None:
+def test_a_stable_plant_without_a_common_lyapunov_function(
+    run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
     """U = 0 stabilises a switch between [-1 -1; 1 -1] and [-1 -7; 1/7 -1]; the report states what is infeasible."""
     plant = {
         "A": [[-1, -4], [4 / 7, -1]], "Bt": [[0, -3], [-3 / 7, 0]], "B1": [[1], [0]], "B2": [[0], [0]],
@@ -97,7 +104,4 @@ def test_a_stable_plant_without_a_common_lyapunov_function(run_squid: Run, tmp_p
     path = tmp_path / "switching.json"
     path.write_text(json.dumps({"data": {"P": plant, "blocks": [2]}}), encoding="utf-8")
     done = run_squid("lpv", "synth", path)
-    assert done.returncode == 2
-    headline = "infeasible: there is no common quadratic Lyapunov function with these scalings"
-    assert done.stdout.startswith(headline)
-    assert "another kind of controller may exist" in done.stdout
+    assert done.returncode == 2 and masked(done.stdout) == snapshot

@@ -12,10 +12,10 @@ from pathlib import Path
 import fmpy
 import pytest
 from claims import claim, robust_gain, without_limits, without_model_error
-from conftest import PITCHING, SQUID, Run, rewritten
+from conftest import PITCHING, SQUID, Run, masked, messages, named, refusal, rewritten
 from fly.master import Slave
 from fly.package import Packages
-from fly.stages import ROOT
+from syrupy.assertion import SnapshotAssertion
 
 pytestmark = pytest.mark.change
 
@@ -31,44 +31,48 @@ def edited(package: Path, copy: Path, name: str, change: Callable[[dict], None])
     return rewritten(package, copy, f"resources/{name}", change_text)
 
 
-def test_shipped_controllers_are_proved(packages: Packages, run_squid: Run) -> None:
+def test_shipped_controllers_are_proved(
+    packages: Packages, run_squid: Run, snapshot: SnapshotAssertion
+) -> None:
     """Both FMUs with the controller are proved, with the residual of the fit."""
+    said = []
     for package in (packages.controller, packages.loop):
         done = run_squid("verify", package, timeout=10.0)
         assert done.returncode == 0, done.stderr
         proved = [line for line in done.stdout.splitlines() if line.startswith("PROVED: ")]
-        assert re.match(r"PROVED: gain from w to z below \d\.\d{4}, for every trajectory", proved[0])
-        assert proved[1].endswith("with the model error Delta")
-        assert re.match(r"PROVED: a step of up to [\d.]+ of input \d from (trim|every state), ", proved[2])
         assert "deg" not in " ".join(proved), "the scales of the controller are not verified"
         assert "measurable" not in done.stdout
-        done = run_squid("verify", package, "--verbose", timeout=10.0)
-        assert "\nFor every measurable trajectory" in done.stdout
-        assert "when [A B1 B2] of the plant is replaced" in done.stdout
+        verbose = run_squid("verify", package, "--verbose", timeout=10.0).stdout.splitlines()
+        more = [line for line in verbose if line not in done.stdout.splitlines()]
+        said.append([masked(line) for line in proved + more])
+    assert said[0] == said[1] and said[0] == snapshot
 
 
-def test_plant_has_nothing_to_verify(squid: Packages, run_squid: Run) -> None:
+def test_plant_has_nothing_to_verify(squid: Packages, run_squid: Run, snapshot: SnapshotAssertion) -> None:
     """An FMU without controller is not reported as a failed proof."""
-    done = run_squid("verify", squid.plant)
-    assert done.returncode == 1
-    assert "nothing to verify" in done.stderr
+    done = run_squid("verify", squid.plant, "--json")
+    refusal(done, "no_certificate")
+    assert messages(done, OUT=squid.folder) == snapshot
 
 
 @pytest.mark.parametrize("matrix", ["A", "By", "Dtt"])
 def test_controller_that_is_not_the_proved_one(
-    squid: Packages, run_squid: Run, tmp_path: Path, matrix: str
+    squid: Packages, run_squid: Run, tmp_path: Path, matrix: str, snapshot: SnapshotAssertion
 ) -> None:
     """One number of the controller changed in its last digits: the proof belongs to another controller."""
 
     def change(controller: dict) -> None:
         controller["lft"][matrix][0][0] = controller["lft"][matrix][0][0] * (1 + 1e-15) + 1e-300
 
-    done = run_squid("verify", edited(squid.controller, tmp_path / "spoilt.fmu", "controller.json", change))
-    assert done.returncode == 1
-    assert f"matrix {matrix} differs" in done.stderr
+    spoilt = edited(squid.controller, tmp_path / "spoilt.fmu", "controller.json", change)
+    done = run_squid("verify", spoilt, "--json")
+    refusal(done, "mismatch")
+    assert messages(done, TMP=tmp_path) == snapshot
 
 
-def test_bound_that_is_too_good(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+def test_bound_that_is_too_good(
+    squid: Packages, run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
     """A lower gamma in both files is not proved, and the failure is named."""
 
     def lower(value: dict) -> None:
@@ -79,13 +83,16 @@ def test_bound_that_is_too_good(squid: Packages, run_squid: Run, tmp_path: Path)
 
     once = edited(squid.controller, tmp_path / "once.fmu", "certificate.json", lower)
     twice = edited(once, tmp_path / "twice.fmu", "controller.json", lower)
-    assert "gamma differs" in run_squid("verify", once).stderr
-    done = run_squid("verify", twice)
-    assert done.returncode == 1
-    assert "not proved" in done.stderr and "pivot" in done.stderr
+    done = run_squid("verify", once, "--json")
+    refusal(done, "mismatch")
+    assert messages(done, TMP=tmp_path) == snapshot
+    done = run_squid("verify", twice, "--json")
+    assert "pivot" in refusal(done, "unproved")["reason"]
 
 
-def test_certificate_that_lost_the_residual(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+def test_certificate_that_lost_the_residual(
+    squid: Packages, run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
     """A certified FMU must cover the residual, and keeps its mark; otherwise the theorem is for the fit alone."""
     spoilt = edited(
         squid.controller,
@@ -93,30 +100,38 @@ def test_certificate_that_lost_the_residual(squid: Packages, run_squid: Run, tmp
         "certificate.json",
         without_model_error,
     )
-    done = run_squid("verify", spoilt)
-    assert done.returncode == 1 and "covers no model error" in done.stderr and "PROVED" not in done.stdout
+    done = run_squid("verify", spoilt, "--json")
+    refusal(done, "no_residual")
+    assert messages(done, TMP=tmp_path) == snapshot(name="lost")
 
     def unmark(controller: dict) -> None:
         controller["gamma"]["certified"] = False
 
-    done = run_squid("verify", edited(spoilt, tmp_path / "unmarked.fmu", "controller.json", unmark))
-    assert done.returncode == 1 and "changed after it was packed" in done.stderr
+    unmarked = edited(spoilt, tmp_path / "unmarked.fmu", "controller.json", unmark)
+    done = run_squid("verify", unmarked, "--json")
+    refusal(done, "wrong_guid")
+    assert messages(done, TMP=tmp_path) == snapshot(name="unmarked")
     with zipfile.ZipFile(spoilt) as package:
         package.extract("resources/certificate.json", tmp_path)
     done = run_squid("verify", tmp_path / "resources" / "certificate.json", "--verbose")
-    assert done.returncode == 0 and "Nothing is proved of a plant that differs" in done.stdout
+    assert done.returncode == 0 and masked(done.stdout) == snapshot(name="alone")
 
 
-def test_certificate_without_residual_is_not_packed(run_squid: Run, stored_design: Path) -> None:
+def test_certificate_without_residual_is_not_packed(
+    run_squid: Run, stored_design: Path, snapshot: SnapshotAssertion
+) -> None:
     """The mark 'certified' stands for the bound with the residual."""
     path = stored_design / "certificate.json"
     certificate = without_model_error(json.loads(path.read_text(encoding="utf-8")))
     path.write_text(json.dumps(certificate), encoding="utf-8")
-    done = run_squid("package", SQUID, "--out", stored_design)
-    assert done.returncode == 1 and "covers no model error" in done.stderr
+    done = run_squid("package", SQUID, "--out", stored_design, "--json")
+    refusal(done, "uncertified")
+    assert messages(done, OUT=stored_design) == snapshot
 
 
-def test_ball_that_leaves_the_vehicle_out_is_not_packed(run_squid: Run, stored_design: Path) -> None:
+def test_ball_that_leaves_the_vehicle_out_is_not_packed(
+    run_squid: Run, stored_design: Path, snapshot: SnapshotAssertion
+) -> None:
     """A smaller ball of models is proved more easily, but no longer contains the true linearisations."""
     path = stored_design / "certificate.json"
     certificate = json.loads(path.read_text(encoding="utf-8"))
@@ -124,28 +139,29 @@ def test_ball_that_leaves_the_vehicle_out_is_not_packed(run_squid: Run, stored_d
     error["E"] = [[0.9 * entry for entry in row] for row in error["E"]]
     path.write_text(json.dumps(certificate), encoding="utf-8")
     assert run_squid("verify", path).returncode == 0
-    done = run_squid("package", SQUID, "--out", stored_design)
-    assert done.returncode == 1 and "reach 1.1111 times as far from the fit as the ball" in done.stderr
+    done = run_squid("package", SQUID, "--out", stored_design, "--json")
+    refusal(done, "uncertified")
+    assert "1.1111" in done.stderr and masked(messages(done, OUT=stored_design)) == snapshot
     assert not list(stored_design.glob("*.fmu"))
 
 
-def test_design_without_proof_is_not_packed(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
+def test_design_without_proof_is_not_packed(
+    run_squid: Run, quick_vehicle: Path, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
     """Without certificate nothing is written; the flag overrides this, and the FMU then says so."""
     vehicle, out = quick_vehicle, tmp_path / "out"
     assert run_squid("design", vehicle, "--no-advise", "--out", out).returncode == 0
     (out / "certificate.json").unlink()
-    done = run_squid("package", vehicle, "--out", out)
-    assert done.returncode == 1
-    assert "not certified" in done.stderr and "--allow-uncertified" in done.stderr
+    done = run_squid("package", vehicle, "--out", out, "--json")
+    refusal(done, "uncertified")
+    assert messages(done, TMP=tmp_path) == snapshot(name="refused")
     assert not list(out.glob("*.fmu"))
     done = run_squid("package", vehicle, "--out", out, "--allow-uncertified")
     assert done.returncode == 0 and "UNCERTIFIED" in done.stdout
     with zipfile.ZipFile(out / "squid_controller.fmu") as package:
         assert "not certified" in package.read("modelDescription.xml").decode()
-        assert (
-            "UNCERTIFIED: this controller was packed without a valid proof"
-            in package.read("documentation/index.html").decode()
-        )
+        page = package.read("documentation/index.html").decode()
+        assert re.findall(">(UNCERTIFIED.*?)<", masked(page)) == snapshot(name="page")
         assert "resources/certificate.json" not in package.namelist()
 
 
@@ -196,8 +212,8 @@ def test_numbers_beside_the_proof_are_not_packed_when_edited(
     content = json.loads((out / file).read_text(encoding="utf-8"))
     change(content)
     (out / file).write_text(json.dumps(content), encoding="utf-8")
-    done = run_squid("package", SQUID, "--out", out)
-    assert done.returncode == 1 and f"{file}: `{key}` is" in done.stderr
+    done = run_squid("package", SQUID, "--out", out, "--json")
+    assert f"{file}: `{key}`" in refusal(done, "uncertified")["reason"]
     assert not list(out.glob("*.fmu"))
 
 
@@ -210,45 +226,50 @@ def test_resources_edited_after_packing_are_not_verified(
         for actuator in controller["actuators"]:
             actuator["scale"] *= 30
 
-    done = run_squid("verify", edited(squid.loop, tmp_path / "other.fmu", "controller.json", amplify))
-    assert done.returncode == 1 and "its resources were changed after it was packed" in done.stderr
-    assert "PROVED" not in done.stdout
+    other = edited(squid.loop, tmp_path / "other.fmu", "controller.json", amplify)
+    refusal(run_squid("verify", other, "--json"), "wrong_guid")
     assert run_squid("verify", squid.loop).returncode == 0
 
 
-def test_verify_against_the_vehicle(
-    packages: Packages, run_squid: Run, copied_vehicle: Path, tmp_path: Path
-) -> None:
+def test_verify_against_the_vehicle(packages: Packages, run_squid: Run, snapshot: SnapshotAssertion) -> None:
     """With vehicle and design file everything that the FMU uses is recomputed."""
     of, other = (SQUID, PITCHING) if packages.vehicle == "squid" else (PITCHING, SQUID)
-    for file in (packages.controller, packages.loop, packages.controller.parent / "certificate.json"):
+    certificate = packages.folder / "certificate.json"
+    for file in (packages.controller, packages.loop, certificate):
         done = run_squid("verify", file, "--vehicle", of)
         assert done.returncode == 0 and "PROVED" in done.stdout, done.stderr
         assert "computed again" in done.stdout
-    done = run_squid("verify", packages.loop, "--vehicle", other)
-    assert done.returncode == 1 and "the vehicle file differs from the one" in done.stderr
-    done = run_squid("verify", packages.controller.parent / "certificate.json", "--vehicle", other)
-    assert done.returncode == 1 and "does not belong to this plant" in done.stderr
+    for file, key in ((packages.loop, "not_of_inputs"), (certificate, "wrong_plant")):
+        done = run_squid("verify", file, "--vehicle", other, "--json")
+        refusal(done, key)
+        assert messages(done, OUT=packages.folder) == snapshot(name=key)
     assert run_squid("verify", packages.loop, "--design", "design").returncode == 64
 
 
-def test_the_sampled_certificate_is_of_its_vehicle(stored_design: Path, run_squid: Run) -> None:
+def test_the_sampled_certificate_is_of_its_vehicle(
+    stored_design: Path, run_squid: Run, snapshot: SnapshotAssertion
+) -> None:
     """The plant at the ticks is recomputed; the controller next to the certificate must be that in it, to the bit."""
     file = stored_design / "sampled_certificate.json"
-    done = run_squid("verify", file, "--vehicle", SQUID)
-    assert done.returncode == 0 and "PROVED" in done.stdout, done.stderr
-    assert "maps ticks of 0.02 s; what is proved holds for the sampled loop" in done.stdout
-    assert "its controller is that of controller.json beside it, with a delay of 0 ticks" in done.stdout
-    done = run_squid("verify", file, "--vehicle", PITCHING)
-    assert done.returncode == 1 and "does not belong to this plant" in done.stderr
+    about = []
+
+    def verify(vehicle: Path) -> dict:
+        done = run_squid("verify", file, "--vehicle", vehicle, "--json")
+        found = json.loads(done.stdout)
+        about.extend(named(line, OUT=stored_design) for line in found.get("about", ()))
+        return found
+
+    assert verify(SQUID)["status"] == "proved"
+    assert verify(PITCHING)["key"] == "wrong_plant"
     beside = stored_design / "controller.json"
     controller = json.loads(beside.read_text(encoding="utf-8"))
     controller["lft"]["A"][0][0] *= 1 + 1e-15
     beside.write_text(json.dumps(controller), encoding="utf-8")
-    done = run_squid("verify", file, "--vehicle", SQUID)
-    assert done.returncode == 1 and "matrix A differs" in done.stderr
+    found = verify(SQUID)
+    assert found["key"] == "mismatch" and "matrix A" in found["reason"]
     beside.unlink()
-    assert "its controller was not compared" in run_squid("verify", file, "--vehicle", SQUID).stdout
+    assert verify(SQUID)["status"] == "proved"
+    assert about == snapshot
 
 
 def amplify(controller: dict) -> None:
@@ -272,6 +293,7 @@ def test_a_controller_changed_under_a_fitting_guid(
     capfd: pytest.CaptureFixture[str],
     change: Callable[[dict], None],
     key: str,
+    snapshot: SnapshotAssertion,
 ) -> None:
     """Whoever changes a scale can change the GUID as well; the vehicle file reveals it."""
     spoilt = edited(squid.controller, tmp_path / "spoilt.fmu", "controller.json", change)
@@ -290,14 +312,11 @@ def test_a_controller_changed_under_a_fitting_guid(
         slave.ready()
     done = run_squid("verify", forged)
     assert done.returncode == 0, "the GUID is no signature"
-    assert (
-        "not verified without --vehicle: scales, trims, limits of the commands, what references"
-        in done.stdout
-    )
-    done = run_squid("verify", forged, "--vehicle", ROOT / "vehicles" / "squid")
-    assert done.returncode == 1 and f"`{key}` is" in done.stderr
-    assert "but vehicle and design file give" in done.stderr
-    assert "PROVED" not in done.stdout
+    unverified = [line for line in done.stdout.splitlines() if line.startswith("not verified")]
+    assert unverified == snapshot(name="unverified")
+    done = run_squid("verify", forged, "--vehicle", SQUID, "--json")
+    assert f"`{key}`" in refusal(done, "not_of_inputs")["reason"]
+    assert masked(messages(done, TMP=tmp_path)) == snapshot(name="forged")
 
 
 @pytest.mark.parametrize(
@@ -311,9 +330,8 @@ def test_an_archive_that_tools_unpack_differently(
     shutil.copy(squid.controller, spoilt)
     with zipfile.ZipFile(spoilt, "a") as package:
         package.writestr(name, "{}")
-    done = run_squid("verify", spoilt)
-    assert done.returncode == 1 and name.split("/")[-1] in done.stderr
-    assert "PROVED" not in done.stdout
+    done = run_squid("verify", spoilt, "--json")
+    assert name.split("/")[-1] in refusal(done, "archive")["reason"]
 
 
 def test_a_guid_beside_the_attribute_does_not_count(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
@@ -324,12 +342,12 @@ def test_a_guid_beside_the_attribute_does_not_count(squid: Packages, run_squid: 
         return xml.replace(guid, b"{other}") + b'<!-- guid="' + guid + b'" -->'
 
     spoilt = rewritten(squid.controller, tmp_path / "spoilt.fmu", "modelDescription.xml", shift)
-    done = run_squid("verify", spoilt)
-    assert done.returncode == 1 and "the GUID differs" in done.stderr
+    done = run_squid("verify", spoilt, "--json")
+    refusal(done, "wrong_guid")
 
 
 def test_a_description_edited_after_packing_is_not_verified(
-    squid: Packages, run_squid: Run, tmp_path: Path
+    squid: Packages, run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion
 ) -> None:
     """A tool that sends its start values would simulate another mass."""
 
@@ -339,23 +357,24 @@ def test_a_description_edited_after_packing_is_not_verified(
         return heavier
 
     spoilt = rewritten(squid.loop, tmp_path / "spoilt.fmu", "modelDescription.xml", burden)
-    done = run_squid("verify", spoilt)
-    assert done.returncode == 1 and "its modelDescription.xml was changed" in done.stderr
+    done = run_squid("verify", spoilt, "--json")
+    refusal(done, "wrong_description")
+    assert messages(done, TMP=tmp_path) == snapshot
 
 
-def test_what_is_no_fmu_is_told(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+def test_what_is_no_fmu_is_told(
+    squid: Packages, run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
     """An archive with another extension is read as one; every message names its file."""
     other = tmp_path / "controller.zip"
     shutil.copy(squid.controller, other)
     assert run_squid("verify", other).returncode == 0
     ssp = next(squid.controller.parent.glob("*.ssp"))
-    done = run_squid("verify", ssp)
-    assert done.returncode == 1 and f"{ssp}: modelDescription.xml: it is missing" in done.stderr
-    done = run_squid("verify", squid.controller.parent / "design.json")
-    assert (
-        done.returncode == 1
-        and f"{squid.controller.parent / 'design.json'}: missing field `format`" in done.stderr
-    )
+    done = run_squid("verify", ssp, "--json")
+    refusal(done, "archive")
+    assert messages(done, OUT=squid.folder) == snapshot
+    reason = refusal(run_squid("verify", squid.folder / "design.json", "--json"), "certificate")["reason"]
+    assert "design.json: " in reason and "`format`" in reason
 
 
 def squid_design(squid: Packages, out: Path) -> tuple[dict, dict]:
@@ -378,7 +397,9 @@ def diagonal(values: list[float]) -> list[list[float]]:
     return [[v if i == j else 0.0 for j in range(len(values))] for i, v in enumerate(values)]
 
 
-def test_a_plant_that_overflows_is_not_this_plant(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+def test_a_plant_that_overflows_is_not_this_plant(
+    squid: Packages, run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
     """Channels of 1e157 without effect: a true theorem, but in floating point the plant overflows."""
     out = tmp_path / "out"
     certificate, controller = squid_design(squid, out)
@@ -422,12 +443,15 @@ def test_a_plant_that_overflows_is_not_this_plant(squid: Packages, run_squid: Ru
         (out / name).write_text(json.dumps(value), encoding="utf-8")
     done = run_squid("verify", out / "certificate.json")
     assert done.returncode == 0, f"the spoilt certificate is a true theorem: {done.stderr}"
-    done = run_squid("package", SQUID, "--out", out)
-    assert done.returncode == 1 and "does not belong to this plant" in done.stderr
+    done = run_squid("package", SQUID, "--out", out, "--json")
+    refusal(done, "uncertified")
+    assert messages(done, TMP=tmp_path) == snapshot
     assert not list(out.glob("*.fmu"))
 
 
-def test_a_ball_that_overflows_holds_nothing(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+def test_a_ball_that_overflows_holds_nothing(
+    squid: Packages, run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
     """An E so small that its inverse is infinite proves no more than the absence of a ball."""
     out = tmp_path / "out"
     certificate, _ = squid_design(squid, out)
@@ -438,30 +462,37 @@ def test_a_ball_that_overflows_holds_nothing(squid: Packages, run_squid: Run, tm
         ball[key] = [[1e-3 * (value != 0.0) for value in row] for row in ball[key]]
     (out / "certificate.json").write_text(json.dumps(certificate), encoding="utf-8")
     assert run_squid("verify", out / "certificate.json").returncode == 0
-    done = run_squid("package", SQUID, "--out", out)
-    assert done.returncode == 1 and "model error does not cover this vehicle" in done.stderr
+    done = run_squid("package", SQUID, "--out", out, "--json")
+    refusal(done, "uncertified")
+    assert messages(done, TMP=tmp_path) == snapshot
 
 
-def test_blocks_of_nothing_are_refused(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
+def test_blocks_of_nothing_are_refused(
+    squid: Packages, run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion
+) -> None:
     """A first parameter without channels: no panic, one sentence."""
     out = tmp_path / "out"
     certificate, _ = squid_design(squid, out)
     certificate["blocks"].insert(0, 0)
     (out / "certificate.json").write_text(json.dumps(certificate), encoding="utf-8")
-    done = run_squid("package", SQUID, "--out", out)
-    assert done.returncode == 1 and "panicked" not in done.stderr and "not certified" in done.stderr
+    done = run_squid("package", SQUID, "--out", out, "--json")
+    refusal(done, "uncertified")
+    assert masked(messages(done, TMP=tmp_path)) == snapshot
 
 
 def test_certificate_of_another_design_is_not_packed(
-    remus100: Packages, run_squid: Run, stored_design: Path
+    remus100: Packages, run_squid: Run, stored_design: Path, snapshot: SnapshotAssertion
 ) -> None:
     """A valid certificate of another controller does not help."""
     shutil.copy(remus100.controller.parent / "certificate.json", stored_design / "certificate.json")
-    done = run_squid("package", SQUID, "--out", stored_design)
-    assert done.returncode == 1 and "does not belong to this controller" in done.stderr
+    done = run_squid("package", SQUID, "--out", stored_design, "--json")
+    refusal(done, "uncertified")
+    assert messages(done, OUT=stored_design) == snapshot
 
 
-def test_proof_of_another_plant_is_not_packed(run_squid: Run, stored_design: Path) -> None:
+def test_proof_of_another_plant_is_not_packed(
+    run_squid: Run, stored_design: Path, snapshot: SnapshotAssertion
+) -> None:
     """Outputs scaled down give a valid certificate, but not of this vehicle and these weights."""
     path = stored_design / "certificate.json"
     certificate = json.loads(path.read_text(encoding="utf-8"))
@@ -470,5 +501,6 @@ def test_proof_of_another_plant_is_not_packed(run_squid: Run, stored_design: Pat
         certificate["plant"][key] = [[value / 1024 for value in row] for row in rows]
     path.write_text(json.dumps(certificate), encoding="utf-8")
     assert run_squid("verify", path).returncode == 0, "the spoilt certificate is a true theorem"
-    done = run_squid("package", SQUID, "--out", stored_design)
-    assert done.returncode == 1 and "does not belong to this plant" in done.stderr
+    done = run_squid("package", SQUID, "--out", stored_design, "--json")
+    refusal(done, "uncertified")
+    assert messages(done, OUT=stored_design) == snapshot

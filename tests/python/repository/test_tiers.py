@@ -36,7 +36,7 @@ def test_a_test_of_no_tier_is_refused(tmp_path: Path) -> None:
     test = "import pytest\n{}\ndef test_it(): pass\n"
     refused = collected(tmp_path, test.format(""))
     assert refused.returncode == pytest.ExitCode.USAGE_ERROR
-    assert "in no tier: " in refused.stderr and "test_one.py::test_it" in refused.stderr
+    assert "test_one.py::test_it" in refused.stderr
     for tier, code in (("change", pytest.ExitCode.OK), ("night", pytest.ExitCode.NO_TESTS_COLLECTED)):
         assert collected(tmp_path, test.format(f"@pytest.mark.{tier}")).returncode == code
 

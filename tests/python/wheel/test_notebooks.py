@@ -66,7 +66,7 @@ def test_the_peers(sq: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pyte
     assert len(ours[0]) == 4 and ours[0] == [pytest.approx(pair, rel=GOLDEN) for pair in ours[1]]
     assert [found[0] for found in row.findall(then) if found[3]] == ["slycot", "slycot"]
     assert {found[0] for found in row.findall(then)} == {"squid-lpv", "slycot", "dkpy"}
-    assert "InfeasibleError: the plant cannot be stabilised" in now and "is not proved" in now
+    assert now.count("InfeasibleError: ") == then.count("InfeasibleError: ") > 0 and "not proved" in now
     for name, least in {"oscillator": 0.5 / (0.1 * 0.99**0.5), "known": 0.65**0.5}.items():
         gamma, gain = held[name]["squid-lpv"]
         assert least * (1.0 - GRID) <= gain <= gamma

@@ -8,8 +8,10 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from conftest import Run
+from conftest import Run, masked
 from fly.stages import ROOT
+from syrupy.assertion import SnapshotAssertion
+from test_inputs import reasons
 
 pytestmark = pytest.mark.change
 
@@ -88,7 +90,7 @@ def test_discrete_time(sq: ModuleType, a: list) -> None:
     found = sq.hinfsyn_proved(P, nmeas, ncon)
     K, CL, gam, _ = found.synthesis
     theorem, held = found.certificate.verify(), json.loads(found.certificate.text)
-    assert theorem.gamma == gam and "in discrete time" in theorem.claim
+    assert theorem.gamma == gam
     assert (held["plant"]["A"], held["controller"]["A"]) == (P.A.tolist(), K.A.tolist())
     assert (held["plant"]["D12"], held["controller"]["Duy"]) == (P.D[:2, 2:].tolist(), K.D.tolist())
     assert K.dt == CL.dt == 0.1 and np.abs(CL.poles()).max() < 1.0
@@ -106,19 +108,20 @@ def test_a_sample_time_that_is_not_known(sq: ModuleType) -> None:
     )
     assert unknown.K.dt is True and unknown.CL.dt is True
     assert unknown.gam == one.gam
-    with pytest.raises(sq.InputError, match=r"P.dt is -1.0; it must be 0 or None"):
-        sq.hinfsyn(sq.StateSpace(P.A, P.B, P.C, P.D, -1.0), nmeas, ncon)
 
 
-def test_blocks_are_whole(sq: ModuleType) -> None:
-    with pytest.raises(sq.InputError, match="blocks"):
-        sq.mu(np.eye(2), [[1.5, 0], [1, 0]])
-
-
-def test_poles_at_both_ends_of_the_circle(sq: ModuleType) -> None:
-    P, nmeas, ncon = spring(sq, A=[[1.0, 0.0], [0.0, -1.0]])
-    with pytest.raises(sq.InputError, match="z = 1 and at z = -1"):
-        sq.hinfsyn(sq.StateSpace(P.A, P.B, P.C, P.D, 1.0), nmeas, ncon)
+def test_input_that_does_not_fit(sq: ModuleType, snapshot: SnapshotAssertion) -> None:
+    P, _, _ = spring(sq)
+    poles = sq.StateSpace(np.diag([1.0, -1.0]), P.B, P.C, P.D, 1.0)
+    calls = {
+        "sample time": lambda: sq.hinfsyn(sq.StateSpace(P.A, P.B, P.C, P.D, -1.0), 1, 1),
+        "blocks": lambda: sq.mu(np.eye(2), [[1.5, 0], [1, 0]]),
+        "poles at both ends of the circle": lambda: sq.hinfsyn(poles, 1, 1),
+        "columns": lambda: sq.hinfsyn((P.A, P.B[:, :2], P.C, P.D), 1, 1),
+        "key": lambda: sq.lpvsyn({"B7": [[1]]}, [1]),
+        "rows of blocks": lambda: sq.musyn(P, 1, 1, [[1, 0]]),
+    }
+    assert reasons(sq.InputError, calls) == snapshot
 
 
 def test_there_and_back_by_mat(sq: ModuleType, tmp_path: Path) -> None:
@@ -140,7 +143,7 @@ def test_there_and_back_by_mat(sq: ModuleType, tmp_path: Path) -> None:
         sq.loadmat(tmp_path / "k.mat", "K")
 
 
-def test_a_scheduled_controller(sq: ModuleType) -> None:
+def test_a_scheduled_controller(sq: ModuleType, snapshot: SnapshotAssertion) -> None:
     """The tutorial of LPVTools: the least gamma is the published one, and frozen loops stay below the proved gain."""
     case = json.loads((CASES / "lpv01_lpvtools_lft_tutorial.json").read_text(encoding="utf-8"))
     P = {key: value for key, value in case["data"]["P"].items() if key in sq.synthesis.PLANT}
@@ -148,13 +151,11 @@ def test_a_scheduled_controller(sq: ModuleType) -> None:
     assert found.gamma == pytest.approx(case["expected"]["gamma_opt"], rel=case["expected"]["rtol"])
     assert found.certificate.verify().gamma == found.gam
     assert found.K.frozen(0.5).A.shape == found.K.frozen(-1.0).A.shape
-    with pytest.raises(sq.InputError, match="the controller has 1"):
-        found.K.frozen(0.0, 0.0)
-    with pytest.raises(sq.InputError, match="each must be from -1 to 1"):
-        found.K.frozen(1.5)
+    calls = {"two": lambda: found.K.frozen(0.0, 0.0), "beyond": lambda: found.K.frozen(1.5)}
+    assert reasons(sq.InputError, calls) == snapshot
 
 
-def test_a_scheduled_controller_in_discrete_time(sq: ModuleType) -> None:
+def test_a_scheduled_controller_in_discrete_time(sq: ModuleType, snapshot: SnapshotAssertion) -> None:
     """A spring whose parameter jumps at random: no simulation has a gain above the proved one."""
     P = {
         "A": [[1, 0.1], [-0.2, 0.95]], "Bt": [[0], [-0.1]], "B1": [[0, 0], [0.1, 0]], "B2": [[0], [0.1]],
@@ -163,7 +164,7 @@ def test_a_scheduled_controller_in_discrete_time(sq: ModuleType) -> None:
     }  # fmt: skip
     found = sq.lpvsyn(P, [1], dt=0.1)
     theorem = found.certificate.verify()
-    assert theorem.gamma == found.gam and "every sequence of the parameter" in theorem.claim
+    assert theorem.gamma == found.gam and masked(theorem.claim) == snapshot
     p = {key: np.array(value, dtype=float) for key, value in P.items()}
     rng = np.random.default_rng(5)
     for jumps in (1, 7, 200):
@@ -236,25 +237,25 @@ def test_an_unstable_system_has_no_norm(sq: ModuleType) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changed", "kind", "words"),
+    ("changed", "kind"),
     [
-        ({"A": [[0, 1], [-2, "x"]]}, "InputError", "no matrix of real numbers"),
-        ({"A": [[0, 1], [-2, float("nan")]]}, "InputError", "not finite"),
-        ({"nmeas": 0}, "InputError", "nmeas is 0; it must be a whole number from 1 to 2"),
-        ({"ncon": 3}, "InputError", "ncon is 3; it must be a whole number from 1 to 2"),
-        ({"nmeas": 1.5}, "InputError", "nmeas is 1.5; it must be a whole number"),
-        ({"back_off": 0.0}, "InputError", "back_off is 0.0; it must be from 0.001 to 1"),
-        ({"gamma_limit": -1.0}, "InputError", "gamma_limit is -1.0; it must be above 0"),
-        ({"gamma_limit": 0.1}, "InfeasibleError", "above the limit 1.000000e-1"),
-        ({"B2": [[0], [0]], "A": [[1, 0], [0, 1]]}, "InfeasibleError", "is not reached by any control input"),
-        ({"fastest_mode": 1e-9}, "NumericalError", "as fast as the limit allows"),
+        ({"A": [[0, 1], [-2, "x"]]}, "InputError"),
+        ({"A": [[0, 1], [-2, float("nan")]]}, "InputError"),
+        ({"nmeas": 0}, "InputError"),
+        ({"ncon": 3}, "InputError"),
+        ({"nmeas": 1.5}, "InputError"),
+        ({"back_off": 0.0}, "InputError"),
+        ({"gamma_limit": -1.0}, "InputError"),
+        ({"gamma_limit": 0.1}, "InfeasibleError"),
+        ({"B2": [[0], [0]], "A": [[1, 0], [0, 1]]}, "InfeasibleError"),
+        ({"fastest_mode": 1e-9}, "NumericalError"),
     ],
 )
-def test_misuse(sq: ModuleType, changed: dict, kind: str, words: str) -> None:
+def test_misuse(sq: ModuleType, changed: dict, kind: str, snapshot: SnapshotAssertion) -> None:
     """One sentence, in one of three kinds; wrong input is also a ValueError."""
     own = {"nmeas": 1, "ncon": 1, "back_off": 0.1, "gamma_limit": None, "fastest_mode": None}
     options = {key: changed.get(key, value) for key, value in own.items()}
-    with pytest.raises(getattr(sq, kind), match=words) as raised:
+    with pytest.raises(getattr(sq, kind)) as raised:
         data = {key: value for key, value in changed.items() if key not in own}
         if any(isinstance(v, str) for row in data.get("A", []) for v in row):
             P, _, _ = spring(sq)
@@ -264,14 +265,7 @@ def test_misuse(sq: ModuleType, changed: dict, kind: str, words: str) -> None:
         sq.hinfsyn(P, options.pop("nmeas"), options.pop("ncon"), **options)
     assert isinstance(raised.value, sq.SquidError)
     assert (kind == "InputError") == isinstance(raised.value, ValueError)
-
-
-def test_parts_that_do_not_fit(sq: ModuleType) -> None:
-    P, _, _ = spring(sq)
-    with pytest.raises(sq.InputError, match=r"P.B is 2 x 2; it must be 2 x 3, since D is 3 x 3"):
-        sq.hinfsyn((P.A, P.B[:, :2], P.C, P.D), 1, 1)
-    with pytest.raises(sq.InputError, match="P has 'B7'"):
-        sq.lpvsyn({"B7": [[1]]}, [1])
+    assert (str(raised.value) if kind == "InputError" else masked(str(raised.value))) == snapshot
 
 
 def test_a_forged_certificate(sq: ModuleType) -> None:
@@ -323,11 +317,9 @@ def test_h2(sq: ModuleType) -> None:
 
 
 def test_mu_synthesis(sq: ModuleType) -> None:
-    """The bound is that of `mu` for the loop, and scalings lower it; incompatible blocks are refused."""
+    """The bound is that of `mu` for the loop, and scalings lower it."""
     P, nmeas, ncon = spring(sq)
     blocks = [[1, 0], [1, 0]]
     _, CL, bound, history = sq.musyn(P, nmeas, ncon, blocks)
     assert bound == min(history) and bound <= sq.hinfsyn(P, nmeas, ncon, back_off=0.01).gam
     assert sq.mu(CL, blocks).upper == pytest.approx(bound, rel=1e-3)
-    with pytest.raises(sq.InputError, match="blocks have 1 rows"):
-        sq.musyn(P, nmeas, ncon, [[1, 0]])

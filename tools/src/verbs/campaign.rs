@@ -327,5 +327,7 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     };
     say(&format!("flight {flight}: {outcome}; {compared}"));
     written.iter().for_each(|path| say_path(path));
-    Ok(answer(&json!({ "flight": flight, "outcome": outcome, "same": diff == 0.0, "files": written }))?)
+    Ok(answer(&json!({
+        "flight": flight, "outcome": outcome, "same": diff == 0.0, "difference": diff, "fmus": fmus, "files": written
+    }))?)
 }

@@ -5,7 +5,7 @@ use crate::output::{answer, say};
 use crate::progress::show;
 use clap::{Args, Subcommand};
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use squid_base::files::check_directory;
 use squid_base::progress::Progress;
 use squid_lpv::synthesis::Options;
@@ -172,14 +172,22 @@ fn print_bounds<Report: Serialize>(
     to_text: impl Fn(&Report) -> String,
     refused: impl Fn(&ProblemError) -> Report,
 ) -> Result<Report, Error> {
-    match &outcome {
+    match outcome {
         Ok(report) => {
-            say(&to_text(report));
-            answer(report)?;
+            say(&to_text(&report));
+            answer(&report)?;
+            Ok(report)
         }
-        Err(error) => answer(&refused(error))?,
+        Err(error) => {
+            let mut without = json!(refused(&error));
+            let error = Error::from(error);
+            if let (Some(all), Value::Object(more)) = (without.as_object_mut(), error.answer()) {
+                all.extend(more);
+            }
+            answer(&without)?;
+            Err(error)
+        }
     }
-    Ok(outcome?)
 }
 
 fn mu(problem: &Path) -> Result<ExitCode, Error> {

@@ -1,11 +1,13 @@
 //! Failed checks of a controller.
 
+use serde::Serialize;
 use strum::IntoStaticStr;
 use thiserror::Error;
 
 /// Failed check of a controller.
-#[derive(Debug, Clone, PartialEq, Error, IntoStaticStr)]
+#[derive(Debug, Clone, PartialEq, Error, IntoStaticStr, Serialize)]
 #[strum(serialize_all = "snake_case")]
+#[serde(tag = "check", rename_all = "snake_case")]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Refusal {
     /// The loop with the fitted model is not stable.
