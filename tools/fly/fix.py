@@ -18,6 +18,7 @@ ITEM = re.compile(r"(?P<indent>[ >]*)(?P<mark>(?:[-*+]|\d+[.)]) +)?(?P<text>\S.*
 """A line of prose: indentation or quotation, the mark of a list item, and the words."""
 STRUCTURE = re.compile(r"[ >]*(\||#|<|\$\$|!\[|\[[^]]+\]:|:?-{3,}|={3,}|$)")
 """What is no prose: tables, headings, HTML, formulas, pictures, link targets, rules, empty lines."""
+PACKAGE = re.compile(r'^name = "(.*)"', re.MULTILINE)
 SNAPSHOT = "SnapshotAssertion"
 """What a test that holds messages names."""
 FENCE = re.compile(r"[ >]*(```|~~~)")
@@ -45,8 +46,9 @@ def fix() -> int:
 
 def snapshots() -> int:
     """Write the messages that tests hold again, to be reviewed in the diff; return the exit code."""
-    holders = [path for path in ROOT.glob("crates/*/Cargo.toml") if "insta" in path.read_text("utf-8")]
-    packages = [f"--package=squid-{path.parent.name}" for path in sorted(holders)]
+    manifests = [(ROOT / name).read_text("utf-8") for name in answer(["git", "ls-files", "*Cargo.toml"]).splitlines()]
+    holders = [text for text in manifests if "\ninsta.workspace" in text]
+    packages = [f"--package={name[1]}" for text in holders if (name := PACKAGE.search(text))]
     with stage("Rust: the tests of the crates with snapshots"):
         run(
             ["cargo", "test", "--release", *packages, "--tests"],
