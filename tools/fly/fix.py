@@ -46,7 +46,9 @@ def fix() -> int:
 
 def snapshots() -> int:
     """Write the messages that tests hold again, to be reviewed in the diff; return the exit code."""
-    manifests = [(ROOT / name).read_text("utf-8") for name in answer(["git", "ls-files", "*Cargo.toml"]).splitlines()]
+    manifests = [
+        (ROOT / name).read_text("utf-8") for name in answer(["git", "ls-files", "*Cargo.toml"]).splitlines()
+    ]
     holders = [text for text in manifests if "\ninsta.workspace" in text]
     packages = [f"--package={name[1]}" for text in holders if (name := PACKAGE.search(text))]
     with stage("Rust: the tests of the crates with snapshots"):
