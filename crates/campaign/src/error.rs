@@ -32,7 +32,7 @@ pub enum Error {
     )]
     Other { path: String, what: String },
     /// A feature of the campaign that FMUs do not support.
-    #[error("FMUs cannot fly {what}; fly the campaign without them")]
+    #[error("FMUs cannot fly {what}; fly the campaign without FMUs")]
     NotOfFmus { what: String },
     /// A campaign without an axis.
     #[error("there is no axis to fly")]

@@ -239,7 +239,7 @@ impl<'a> Plan<'a> {
         let uncertain = || self.uncertain.iter();
         let beyond = self.sea.as_ref().and_then(Sea::beyond_steady);
         let what = match (beyond, uncertain().find(effect), uncertain().find(curve)) {
-            _ if self.axes.len() > 1 => "several axes; name one with --axis".to_owned(),
+            _ if self.axes.len() > 1 => "several axes at once (--axis names one)".to_owned(),
             _ if !self.identity.starts.in_trim() => "starts off the trim".to_owned(),
             (Some(beyond), ..) => beyond,
             (_, Some(block), _) => {

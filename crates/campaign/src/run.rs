@@ -85,10 +85,11 @@ fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
     let unreadable = |reason| files::Error::Unreadable { path: directory.display().to_string(), reason };
     let all = std::fs::read_dir(directory).map_err(unreadable)?;
     let paths = all.map(|entry| Ok(entry.map_err(unreadable)?.path())).collect::<Result<Vec<_>, Error>>()?;
-    Ok(paths
-        .into_iter()
-        .filter(|path| path.extension().is_some_and(|extension| extension == "parquet"))
-        .collect())
+    let is_data = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "parquet");
+    let mut data: Vec<PathBuf> = paths.into_iter().filter(is_data).collect();
+    // The order of a directory depends on the file system.
+    data.sort();
+    Ok(data)
 }
 
 #[cfg(test)]

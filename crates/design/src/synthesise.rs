@@ -94,10 +94,10 @@ fn with_slow_modes_only(file: &DesignFile, plant: &GeneralisedPlant, design: Des
         return (design, String::new());
     };
     let removed = design.controller.a().nrows() - slower.controller.a().nrows();
-    let (modes, are) = if removed == 1 { ("mode", "is") } else { ("modes", "are") };
+    let (modes, are, their) = if removed == 1 { ("mode", "is", "its") } else { ("modes", "are", "their") };
     let words = format!(
         "\n{removed} {modes} of the controller, the fastest of {most:.0} rad/s, {are} too fast for the sample time: \
-         replaced by their DC gain"
+         replaced by {their} DC gain"
     );
     (slower, words)
 }

@@ -35,8 +35,8 @@ pub enum Error {
     NoGeometry { vehicle: String },
     /// A sea with a design of heading only.
     #[error(
-        "a design of heading of {vehicle} is flown alone with surge, heave and pitch held, and so in still water: fly \
-            it in a sea beside one of pitch or depth (simulate --design NAME --heading NAME --sea FILE)"
+        "a heading axis alone flies with surge, heave and pitch of {vehicle} held at trim, and so in still water: in a \
+            sea, fly a design file that also has an [[axis]] of pitch or depth, without --axis"
     )]
     SeaOfHeading { vehicle: String },
     /// An actuator of the autopilot that the vehicle does not have.
