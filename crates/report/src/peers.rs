@@ -32,9 +32,10 @@ pub(crate) fn peers(subject: &Subject) -> Result<Vec<Part>, Error> {
     let designs: Vec<&Subject> = once(subject).chain(&subject.beside).collect();
     let mut laws: Vec<Law> = designs.iter().map(|one| Law::stored(one)).collect();
     let (pid, remark) = match tuned(subject)? {
-        Ok((pid, cost)) => {
-            (Some(pid), format!("What it is tuned for is on average {cost:.2} of the design's."))
-        }
+        Ok((pid, cost)) => (
+            Some(pid),
+            format!("The cost of this tuning, the mean ratio of its figures to the design's, is {cost:.2}."),
+        ),
         Err(reason) => (None, no_pid(&reason)),
     };
     laws.extend(pid.into_iter().chain(Law::blended(subject)));
