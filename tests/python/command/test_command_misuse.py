@@ -53,7 +53,7 @@ def test_no_verb_replaces_the_design_of_another_vehicle(
     before = contents(out)
     for verb in ("simulate", "campaign", "report", "package", "export"):
         done = run_squid(verb, SQUID, "--out", out, "--json")
-        refusal(done, "of_another")
+        refusal(done, "other_design")
     assert messages(done, TMP=tmp_path) == snapshot
     assert contents(out) == before
 
@@ -70,7 +70,7 @@ def test_a_vehicle_of_the_same_name_replaces_no_design(
         file.write("# changed\n")
     for verb in ("design", "simulate", "report"):
         done = run_squid(verb, other, "--out", out, "--json")
-        refusal(done, "of_another_vehicle")
+        refusal(done, "other_vehicle")
     assert messages(done, TMP=tmp_path) == snapshot
     assert contents(out) == before
     # A directory that was moved is still that of the same vehicle.
@@ -79,7 +79,7 @@ def test_a_vehicle_of_the_same_name_replaces_no_design(
     renamed = moved / "vehicle.toml"
     renamed.write_text(renamed.read_text(encoding="utf-8").replace('name = "squid"', 'name = "octopus"'))
     done = run_squid("design", other, "--no-advise", "--out", out, "--json")
-    assert str(moved) in refusal(done, "of_another_vehicle")["reason"]
+    assert str(moved) in refusal(done, "other_vehicle")["reason"]
 
 
 def test_what_is_of_an_earlier_design_is_removed(
