@@ -142,6 +142,9 @@ fn warns_once_per_excursion() {
         flight.instance.step(k as f64, 1.0, &mut log).unwrap();
     }
     assert_eq!(log.0.len(), 2, "{:?}", log.0);
+    for number in [" 3.5 m/s", " 3.49", " 0.5 to 3 m/s"] {
+        assert!(log.0[0].contains(number), "{}", log.0[0]);
+    }
     insta::assert_snapshot!(masked(&log.0.join("\n")));
 }
 
