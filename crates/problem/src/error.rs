@@ -18,9 +18,9 @@ pub enum Error {
     #[error(transparent)]
     #[strum(transparent)]
     Proof(#[from] ProofError),
-    /// The text is invalid.
+    /// The text is invalid; `key` is the path to the wrong value, empty for the text as a whole.
     #[error("{file}: {reason}")]
-    Problem { file: String, reason: String },
+    Problem { file: String, key: String, reason: String },
     /// mu cannot be bounded.
     #[error("{file}: {reason}")]
     Mu { file: String, reason: squid_lpv::mu::sweep::SweepError },

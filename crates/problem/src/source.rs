@@ -27,8 +27,8 @@ impl Source {
 
     /// An error in `key`; an empty key is not named.
     pub fn wrong(&self, key: &str, reason: impl Display) -> Error {
-        let key = if key.is_empty() { String::new() } else { format!("'{key}' ") };
-        Error::Problem { file: self.name.clone(), reason: format!("{key}{reason}") }
+        let named = if key.is_empty() { String::new() } else { format!("'{key}' ") };
+        Error::Problem { file: self.name.clone(), key: key.into(), reason: format!("{named}{reason}") }
     }
 
     /// An error of a key that stands at another place than it should.
@@ -52,7 +52,9 @@ impl Source {
                     self.advice(line, column, &reason)
                 ),
             };
-            Error::Problem { file: format!("{}:{line}", self.name), reason }
+            // An unknown part of the path is a question mark.
+            let key = path.trim_end_matches(['.', '?']).to_owned();
+            Error::Problem { file: format!("{}:{line}", self.name), key, reason }
         })
     }
 
