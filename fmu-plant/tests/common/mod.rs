@@ -11,7 +11,7 @@ use squid_auv::{Curve, Effect, LpvModel, Speed, Surge, Trim, Vehicle, linearise,
 use squid_fmi2::Resources;
 use squid_fmu_plant::{LPV_RESOURCE, PlantModel, VEHICLE_RESOURCE, describe};
 
-pub use flight::Flight;
+pub use flight::{Flight, masked};
 
 pub const DEPTH: f64 = 50.0;
 
