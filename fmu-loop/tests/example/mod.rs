@@ -13,7 +13,7 @@ use squid_auv::{Speed, Vehicle, trim};
 use squid_fmi2::Resources;
 use squid_scheduled::*;
 
-pub use plant::{DEPTH, Flight, masked};
+pub use plant::{DEPTH, Flight};
 pub use small::input;
 
 /// Returns a manoeuvre: ten degrees at 2 s, and a ramp from 0.8 to 2.4 m/s between 3 s and 13 s.

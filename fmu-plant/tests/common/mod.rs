@@ -12,6 +12,8 @@ use squid_fmi2::Resources;
 use squid_fmu_plant::{LPV_RESOURCE, PlantModel, VEHICLE_RESOURCE, describe};
 
 pub use flight::Flight;
+#[allow(unused_imports, reason = "not every test masks numbers")]
+pub use flight::masked;
 
 pub const DEPTH: f64 = 50.0;
 
