@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "not every test needs everything")]
 
 #[path = "../../../crates/fmi2/tests/flight/mod.rs"]
-mod flight;
+pub mod flight;
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use squid_auv::{Curve, Effect, LpvModel, Speed, Surge, Trim, Vehicle, linearise,
 use squid_fmi2::Resources;
 use squid_fmu_plant::{LPV_RESOURCE, PlantModel, VEHICLE_RESOURCE, describe};
 
-pub use flight::{Flight, masked};
+pub use flight::Flight;
 
 pub const DEPTH: f64 = 50.0;
 

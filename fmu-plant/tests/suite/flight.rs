@@ -1,6 +1,7 @@
 //! Simulations of the plant as an FMU without the C interface: start in trim, inputs, fidelity, warnings, refusals.
 
-use crate::common::{DEPTH, Flight, masked, prepare, remus100, squid, start, vehicle};
+use crate::common::flight::masked;
+use crate::common::{DEPTH, Flight, prepare, remus100, squid, start, vehicle};
 use squid_auv::{CoefficientError, Speed, TrimError, trim};
 use squid_fmi2::Failure;
 use squid_fmu_plant::{PlantError, PlantModel};
