@@ -292,10 +292,9 @@ mod tests {
         #[track_caller]
         fn at(&mut self, (line, key): (usize, &str), text: &str) {
             let error = plant_of(text).unwrap_err();
-            let file = if line == 0 { "p.json".to_owned() } else { format!("p.json:{line}") };
             match &error {
-                Error::Problem { file: found, key: found_key, .. } => {
-                    assert_eq!((found, found_key.as_str()), (&file, key), "{error}")
+                Error::Problem { line: found, key: found_key, .. } => {
+                    assert_eq!((found.unwrap_or(0), found_key.as_str()), (line, key), "{error}")
                 }
                 other => panic!("{other}"),
             }

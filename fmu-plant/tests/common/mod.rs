@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "not every test needs everything")]
 
 #[path = "../../../crates/fmi2/tests/flight/mod.rs"]
-mod flight;
+pub mod flight;
 
 use std::path::Path;
 
@@ -12,8 +12,6 @@ use squid_fmi2::Resources;
 use squid_fmu_plant::{LPV_RESOURCE, PlantModel, VEHICLE_RESOURCE, describe};
 
 pub use flight::Flight;
-#[allow(unused_imports, reason = "not every test masks numbers")]
-pub use flight::masked;
 
 pub const DEPTH: f64 = 50.0;
 

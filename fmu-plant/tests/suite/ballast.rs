@@ -1,6 +1,7 @@
 //! External loads, and weight, buoyancy and centre of gravity that change in flight.
 
-use crate::common::{Flight, masked, prepare, remus100, squid, squid_with_given_speed, start, vehicle};
+use crate::common::flight::masked;
+use crate::common::{Flight, prepare, remus100, squid, squid_with_given_speed, start, vehicle};
 use squid_fmi2::{Experiment, Instance, Interface, Refusal, Resources, Silent};
 use squid_fmu_plant::{PlantModel, describe};
 

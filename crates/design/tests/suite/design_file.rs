@@ -34,7 +34,7 @@ fn rejected(edits: &[(&str, &str)]) -> (FileError, Vec<usize>) {
     (DesignFile::parse(&text, "design.toml", "design").unwrap_err(), lines)
 }
 
-/// Checks that each replaced text is a mistake with this key, on the last line of the replacement; returns the messages.
+/// Checks that each replaced text is a mistake with this key, on the line of the text; returns the messages.
 fn messages(cases: &[(&str, &str, &str)]) -> String {
     let one = |&(old, new, key): &(&str, &str, &str)| {
         let (error, lines) = rejected(&[(old, new)]);

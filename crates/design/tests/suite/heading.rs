@@ -581,7 +581,8 @@ fn explains_why_heading_cannot_be_designed() {
     let coupled = refused(&squid[..squid.find("[[thruster_group]]\n").unwrap()], &design);
     assert!(matches!(coupled, InputError::NothingActs { .. }), "{coupled}");
     let mut messages = vec![planar.to_string(), coupled.to_string()];
-    let sea = "\n[sea]\nspectrum = \"jonswap\"\nheight = 1.0\nperiod = 6.0\ngamma = 3.3\nheading = 180.0\ndepth = 3.0\n";
+    let sea = "\n[sea]\nspectrum = \"jonswap\"\nheight = 1.0\nperiod = 6.0\ngamma = 3.3\nheading = 180.0\n\
+        depth = 3.0\n";
     let line = |sought: &str| design.split_once(sought).expect(sought).0.matches('\n').count() + 1;
     let end = design.lines().count() + 2;
     for (from, to, at, key) in [

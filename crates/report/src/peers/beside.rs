@@ -184,7 +184,7 @@ mod tests {
         for (first, other) in [(&pitch, &depth), (&depth, &pitch)] {
             let Error::NotBeside { what, .. } = check(first, other).unwrap_err() else { panic!() };
             let [steered, own] = [first, other].map(|inputs| inputs.design.steered_signal());
-            assert!(what.find(&own) < what.rfind(&steered), "{what}");
+            assert!(what.find(own) < what.rfind(steered), "{what}");
         }
     }
 }
