@@ -100,34 +100,62 @@ fn valid_description_has_no_problem() {
     assert_eq!(description().check(), []);
 }
 
-/// Changes the description and asserts that this is the only problem, and that nothing is written.
+/// Changes the description and returns its only problem; nothing is written then.
 #[track_caller]
-fn assert_problem(change: impl FnOnce(&mut ModelDescription), expected: &str) {
+fn problem(change: impl FnOnce(&mut ModelDescription)) -> Problem {
     let mut description = description();
     change(&mut description);
-    let problems: Vec<String> = description.check().iter().map(ToString::to_string).collect();
-    assert_eq!(problems.len(), 1, "{problems:?}");
-    assert!(problems[0].contains(expected), "{problems:?}");
-    assert!(description.to_xml("", Interfaces::All).unwrap_err().to_string().contains(expected));
+    let [problem] = description.check().try_into().unwrap();
+    assert!(description.to_xml("", Interfaces::All).unwrap_err().to_string().contains(&problem.to_string()));
+    problem
+}
+
+/// Returns the messages of problems, one a line.
+fn messages(problems: &[Problem]) -> String {
+    problems.iter().map(|problem| format!("{problem}\n")).collect()
+}
+
+fn named(name: &str) -> String {
+    name.to_owned()
 }
 
 #[test]
 fn finds_problems_of_names_and_roles() {
-    assert_problem(|d| d.model_identifier = "a-model".to_owned(), "'a-model' is not a C identifier");
-    let word = "'u' holds the character U+0001, which XML cannot";
-    assert_problem(|d| d.variables[0].description = "in\u{1}put".to_owned(), word);
-    assert_problem(|d| d.description = "\u{ffff}".to_owned(), "holds the character U+FFFF");
-    assert_problem(|d| d.variables[3].name = "u".to_owned(), "two variables are called 'u'");
-    assert_problem(|d| d.variables[3].name = "a b".to_owned(), "\"a b\" is not made of identifiers");
-    assert_problem(|d| d.variables[3].value_reference = 2, "'on' has value reference 2");
-    assert_problem(|d| d.variables[0].variability = Variability::Fixed, "'u': causality");
-    assert_problem(|d| d.variables[3].variability = Variability::Continuous, "'on': causality");
-    assert_problem(|d| d.variables[0].initial = Some(Initial::Exact), "'u': causality");
-    assert_problem(|d| d.variables[5].initial = Some(Initial::Exact), "'plant.y' needs a start value");
-    assert_problem(|d| d.variables[3].kind = Kind::Boolean { start: None }, "'on' needs a start value");
-    assert_problem(|d| d.variables[5].kind = real(Some(0.0)), "'plant.y' is calculated");
-    assert_problem(|d| d.variables[5].depends_on = Some(vec![on("v")]), "'plant.y' depends on 'v'");
-    assert_problem(|d| d.variables[5].depends_on = Some(vec![on("u"), on("u")]), "depends on 'u'");
+    let found = [
+        problem(|d| d.model_identifier = named("a-model")),
+        problem(|d| d.variables[0].description = named("in\u{1}put")),
+        problem(|d| d.description = named("\u{ffff}")),
+        problem(|d| d.variables[3].name = named("u")),
+        problem(|d| d.variables[3].name = named("a b")),
+        problem(|d| d.variables[3].value_reference = 2),
+        problem(|d| d.variables[0].variability = Variability::Fixed),
+        problem(|d| d.variables[3].variability = Variability::Continuous),
+        problem(|d| d.variables[0].initial = Some(Initial::Exact)),
+        problem(|d| d.variables[5].initial = Some(Initial::Exact)),
+        problem(|d| d.variables[3].kind = Kind::Boolean { start: None }),
+        problem(|d| d.variables[5].kind = real(Some(0.0))),
+        problem(|d| d.variables[5].depends_on = Some(vec![on("v")])),
+        problem(|d| d.variables[5].depends_on = Some(vec![on("u"), on("u")])),
+    ];
+    let illegal = |name| Problem::IllegalCombination { name: named(name) };
+    let expected = [
+        Problem::BadIdentifier { identifier: named("a-model") },
+        Problem::BadCharacter { place: named("u"), character: '\u{1}' },
+        Problem::BadCharacter { place: named("a_model"), character: '\u{ffff}' },
+        Problem::DuplicateName { name: named("u") },
+        Problem::BadName { name: named("a b") },
+        Problem::DuplicateValueReference { name: named("on"), value_reference: 2 },
+        illegal("u"),
+        illegal("on"),
+        illegal("u"),
+        Problem::MissingStart { name: named("plant.y") },
+        Problem::MissingStart { name: named("on") },
+        Problem::UnexpectedStart { name: named("plant.y") },
+        Problem::BadDependency { name: named("plant.y"), on: named("v") },
+        Problem::BadDependency { name: named("plant.y"), on: named("u") },
+    ];
+    assert_eq!(found, expected);
+    insta::assert_snapshot!(messages(&found));
 }
 
 #[test]
@@ -140,34 +168,70 @@ fn finds_problems_of_values() {
         nominal: Some(nominal),
         start: Some(start),
     };
-    assert_problem(|d| d.variables[0].kind = angle(1.0, -1.0, 1.0, 0.0), "min 1 above max -1");
-    assert_problem(|d| d.variables[0].kind = angle(-1.0, 1.0, 1.0, 1.5), "starts at 1.5, outside -1 .. 1");
-    assert_problem(|d| d.variables[0].kind = angle(-1.0, 1.0, 0.0, 0.0), "nominal 0");
-    assert_problem(|d| d.variables[0].kind = real(Some(f64::NAN)), "start = NaN");
-    assert_problem(
-        |d| d.variables[2].kind = Kind::Integer { min: Some(4), max: None, start: Some(3) },
-        "'n' starts at 3",
+    let found = [
+        problem(|d| d.variables[0].kind = angle(1.0, -1.0, 1.0, 0.0)),
+        problem(|d| d.variables[0].kind = angle(-1.0, 1.0, 1.0, 1.5)),
+        problem(|d| d.variables[0].kind = angle(-1.0, 1.0, 0.0, 0.0)),
+        problem(|d| d.variables[2].kind = Kind::Integer { min: Some(4), max: None, start: Some(3) }),
+        problem(|d| d.variables[0].kind = real(Some(f64::NAN))),
+    ];
+    let u = || named("u");
+    let expected = [
+        Problem::MinAboveMax { name: u(), min: 1.0, max: -1.0 },
+        Problem::StartOutOfRange { name: u(), start: 1.5, min: -1.0, max: 1.0 },
+        Problem::NominalNotPositive { name: u(), nominal: 0.0 },
+    ];
+    assert_eq!(found[..3], expected);
+    assert!(
+        matches!(&found[3], Problem::StartOutOfRange { name, start: 3.0, min: 4.0, .. } if name == "n"),
+        "{:?}",
+        found[3]
     );
+    assert!(
+        matches!(&found[4], Problem::NotFinite { name, attribute: "start", value } if name == "u" && value.is_nan()),
+        "{:?}",
+        found[4]
+    );
+    insta::assert_snapshot!(messages(&found));
 }
 
 #[test]
 fn finds_problems_of_units_types_and_experiment() {
     fn set(d: &mut ModelDescription, new: &str, new_display: Option<&str>) {
         if let Kind::Real { unit, display_unit, .. } = &mut d.variables[0].kind {
-            *unit = Some(new.to_owned());
-            *display_unit = new_display.map(str::to_owned);
+            *unit = Some(named(new));
+            *display_unit = new_display.map(named);
         }
     }
-    assert_problem(|d| set(d, "knot", None), "unknown symbol 'knot'");
-    assert_problem(|d| set(d, "rad", Some("rpm")), "display unit 'rpm'");
-    assert_problem(|d| set(d, "m", Some("deg")), "display unit 'deg'");
-    assert_problem(|d| d.enumerations.clear(), "'fidelity' is of type 'Fidelity', which is not defined");
-    assert_problem(|d| d.enumerations[0].items.truncate(1), "'fidelity' starts at 2, outside 1 .. 1");
-    assert_problem(|d| d.enumerations[0].items[1].name = "fine".to_owned(), "repeats one");
-    assert_problem(|d| d.variables[3].name = "Fidelity".to_owned(), "called like a variable");
-    assert_problem(|d| d.default_experiment.stop_time = 0.0, "from 0 s to 0 s");
-    assert_problem(|d| d.default_experiment.step_size = -1.0, "steps of -1 s");
-    assert_problem(|d| d.default_experiment.tolerance = Some(f64::NAN), "cannot be run");
+    let found = [
+        problem(|d| set(d, "knot", None)),
+        problem(|d| set(d, "rad", Some("rpm"))),
+        problem(|d| set(d, "m", Some("deg"))),
+        problem(|d| d.enumerations.clear()),
+        problem(|d| d.enumerations[0].items.truncate(1)),
+        problem(|d| d.enumerations[0].items[1].name = named("fine")),
+        problem(|d| d.variables[3].name = named("Fidelity")),
+        problem(|d| d.default_experiment.stop_time = 0.0),
+        problem(|d| d.default_experiment.step_size = -1.0),
+        problem(|d| d.default_experiment.tolerance = Some(f64::NAN)),
+    ];
+    assert!(matches!(&found[0], Problem::UnknownUnit { name, .. } if name == "u"), "{:?}", found[0]);
+    let unknown = |unit| Problem::UnknownDisplayUnit { name: named("u"), display_unit: named(unit) };
+    let bad_enumeration = || Problem::BadEnumeration { name: named("Fidelity") };
+    let bad_experiment = |stop, step| Problem::BadExperiment { start: 0.0, stop, step };
+    let expected = [
+        unknown("rpm"),
+        unknown("deg"),
+        Problem::UnknownType { name: named("fidelity"), declared_type: named("Fidelity") },
+        Problem::StartOutOfRange { name: named("fidelity"), start: 2.0, min: 1.0, max: 1.0 },
+        bad_enumeration(),
+        bad_enumeration(),
+        bad_experiment(0.0, 0.01),
+        bad_experiment(10.0, -1.0),
+        bad_experiment(10.0, 0.01),
+    ];
+    assert_eq!(found[1..], expected);
+    insta::assert_snapshot!(messages(&found));
 }
 
 #[test]
@@ -189,17 +253,22 @@ fn finds_problems_of_states_and_dependencies() {
     let rate = 8;
     let mut other = description();
     other.variables[rate].derivative_of = Some("on".to_owned());
-    let problems: Vec<String> = other.check().iter().map(ToString::to_string).collect();
-    assert!(
-        problems.contains(&"variable 'der(x)' cannot be the derivative of 'on'".to_owned()),
-        "{problems:?}"
-    );
-    assert_problem(|d| d.variables[rate].name = "der(a b)".to_owned(), "\"der(a b)\" is not made of");
-    assert_problem(|d| d.variables[5].depends_on = Some(vec![on("n")]), "'plant.y' cannot depend on 'n'");
-    assert_problem(
-        |d| d.variables[5].initially_depends_on = Some(vec![on("x")]),
-        "cannot depend on 'x' in this way in InitialUnknowns",
-    );
+    let wrong = Problem::BadDerivative { name: named("der(x)"), state: named("on") };
+    assert!(other.check().contains(&wrong), "{:?}", other.check());
+    let no_known = |on, list| Problem::NoKnown { name: named("plant.y"), on: named(on), list };
+    let found = [
+        wrong,
+        problem(|d| d.variables[rate].name = named("der(a b)")),
+        problem(|d| d.variables[5].depends_on = Some(vec![on("n")])),
+        problem(|d| d.variables[5].initially_depends_on = Some(vec![on("x")])),
+    ];
+    let expected = [
+        Problem::BadName { name: named("der(a b)") },
+        no_known("n", "Outputs"),
+        no_known("x", "InitialUnknowns"),
+    ];
+    assert_eq!(found[1..], expected);
+    insta::assert_snapshot!(messages(&found));
     let mut twice = description();
     let mut second = twice.variables[rate].clone();
     (second.name, second.value_reference) = ("der(y)".to_owned(), 12);

@@ -150,9 +150,9 @@ mod tests {
     /// Lines are wrapped at spaces with continuation lines indented, and a long path is not broken.
     #[test]
     fn lines_fit() {
-        assert_eq!(set_line("  one two three", 0, 9), "  one two\n  three");
+        assert_eq!(set_line("  one 2 three", 0, 9), "  one 2\n  three");
         assert_eq!(set_line("one two", 4, 7), "one two");
-        assert_eq!(set_line("one two three", 3, 8), "one two\n   three");
+        assert_eq!(set_line("one 2 three", 3, 8), "one 2\n   three");
         assert_eq!(set_line("in /a/long/path/that/stays whole", 0, 10), "in\n/a/long/path/that/stays\nwhole");
         assert_eq!(set_line("", 4, 10), "");
         let row = "stage  met  phase margin  57 deg  0.50 m/s, opened at speed";

@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn reports_an_unreadable_directory() {
         let file = tempfile::NamedTempFile::new().unwrap();
-        let message = files(file.path()).unwrap_err().to_string();
-        assert!(message.contains(": cannot be read: "), "{message}");
+        let error = files(file.path()).unwrap_err();
+        assert!(matches!(error, Error::File(files::Error::Unreadable { .. })), "{error}");
     }
 }

@@ -98,7 +98,7 @@ mod tests {
         let starts: Starts = "pitch=10deg,heave=0.1m/s,pitch_rate=1e-3rad/s".parse().unwrap();
         assert_eq!((starts.0[PITCH], starts.0[SPEED]), (10f64.to_radians(), 0.0));
         assert_eq!(starts.to_string().parse(), Ok(starts));
-        assert_eq!(starts.words(), ", begun off trim in pitch, pitch_rate, heave");
+        insta::assert_snapshot!(starts.words());
         assert!(Starts::default().in_trim() && !starts.in_trim());
     }
 
@@ -107,13 +107,9 @@ mod tests {
         for text in
             ["", "pitch", "pitch=10", "pitch=-1deg", "pitch=0deg", "pitch=infrad", "roll=1deg", "heave=1deg"]
         {
-            let message = text.parse::<Starts>().unwrap_err();
-            assert!(
-                message.starts_with(&format!("'{text}' is none of pitch=NUMBER in deg or rad, speed")),
-                "{message}"
-            );
+            assert!(text.parse::<Starts>().unwrap_err().starts_with(&format!("'{text}' ")));
         }
-        let twice = "pitch=1deg,pitch=2deg".parse::<Starts>();
-        assert_eq!(twice, Err("pitch occurs twice".into()));
+        let messages = ["pitch=10", "pitch=1deg,pitch=2deg"].map(|text| text.parse::<Starts>().unwrap_err());
+        insta::assert_snapshot!(messages.join("\n"));
     }
 }

@@ -1,5 +1,6 @@
 //! Errors of a certificate, in the file or in its proof.
 
+use crate::claim::ClaimName;
 use crate::strict::JsonError;
 use std::fmt::Display;
 use thiserror::Error;
@@ -20,16 +21,16 @@ pub enum Failure {
             exactly 0); another controller is needed, one with another Duy"
     )]
     NotWellPosed,
-    /// Number that violates a condition.
+    /// Number that violates a condition; `part` is its name, here and below that of the matrix.
     #[error("{claim} is not proved: {reason}")]
-    Condition { claim: String, reason: String },
+    Condition { claim: ClaimName, part: String, reason: String },
     /// Matrix that is not symmetric or skew, or couples channels of different parameters.
     #[error("{claim} is not proved: {reason}")]
-    Structure { claim: String, reason: String },
+    Structure { claim: ClaimName, part: String, reason: String },
     /// Matrix that is not definite, with the offending pivot of its elimination, or not shown to be definite, without
     /// one.
     #[error("{claim} is not proved: {reason}")]
-    NotDefinite { claim: String, reason: String, pivot: Option<f64> },
+    NotDefinite { claim: ClaimName, part: String, reason: String, pivot: Option<f64> },
 }
 
 impl Failure {
@@ -44,7 +45,7 @@ impl Failure {
     }
 
     /// Creates a [`Failure::Condition`].
-    pub(crate) fn condition(claim: &str, reason: impl Display) -> Self {
-        Self::Condition { claim: claim.into(), reason: reason.to_string() }
+    pub(crate) fn condition(claim: ClaimName, part: &str, reason: impl Display) -> Self {
+        Self::Condition { claim, part: part.into(), reason: reason.to_string() }
     }
 }

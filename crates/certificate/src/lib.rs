@@ -203,7 +203,9 @@ mod system;
 mod theorem;
 
 pub use certificate::{Certificate, Format};
-pub use claim::{Claim, Constant, ConstantTheorem, Filter, Gain, LimitTheorem, Limits, Rate, RateTheorem};
+pub use claim::{
+    Claim, ClaimName, Constant, ConstantTheorem, Filter, Gain, LimitTheorem, Limits, Rate, RateTheorem,
+};
 pub use error::Failure;
 pub use lower_bound::{Multipliers, lower_bound};
 pub use plant::{Controller, ModelError, Plant, Rows};

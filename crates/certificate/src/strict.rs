@@ -48,7 +48,9 @@ pub fn from_json<T: DeserializeOwned>(text: &str) -> Result<T, JsonError> {
         let reason = error.to_string();
         let position = format!(" at line {line} column {column}");
         let reason = in_json_terms(reason.strip_suffix(&position).unwrap_or(&reason));
-        JsonError { path, line, column, reason, is_json: error.is_data() }
+        // Serde takes a value of another kind than its enum for an error of syntax.
+        let is_json = error.is_data() || serde_json::from_str::<serde_json::Value>(text).is_ok();
+        JsonError { path, line, column, reason, is_json }
     })
 }
 

@@ -1,5 +1,6 @@
 //! Exact checks of numbers and matrices: positive, symmetric, skew, commuting with Theta, definite.
 
+use crate::claim::ClaimName;
 use crate::error::Failure;
 use crate::exact::definite::positive_definite;
 use crate::exact::dyadic::Dyadic;
@@ -8,25 +9,25 @@ use crate::inequality::Blocked;
 use crate::plant::Rows;
 
 /// Checks `found > 0`.
-pub(crate) fn positive(claim: &str, name: &str, found: f64) -> Result<(), Failure> {
+pub(crate) fn positive(claim: ClaimName, name: &str, found: f64) -> Result<(), Failure> {
     if found > 0.0 {
         return Ok(());
     }
-    Err(Failure::condition(claim, format_args!("{name} is {found:e}, must be above 0")))
+    Err(Failure::condition(claim, name, format_args!("{name} is {found:e}, must be above 0")))
 }
 
 /// Checks `m = m'`.
-pub(crate) fn symmetric(claim: &str, matrix: &str, m: &Rows) -> Result<(), Failure> {
+pub(crate) fn symmetric(claim: ClaimName, matrix: &str, m: &Rows) -> Result<(), Failure> {
     mirrored(claim, matrix, m, "symmetric", |entry, mirror| entry == mirror)
 }
 
 /// Checks `m = -m'`.
-pub(crate) fn skew(claim: &str, matrix: &str, m: &Rows) -> Result<(), Failure> {
+pub(crate) fn skew(claim: ClaimName, matrix: &str, m: &Rows) -> Result<(), Failure> {
     mirrored(claim, matrix, m, "skew", |entry, mirror| entry == -mirror)
 }
 
 fn mirrored(
-    claim: &str,
+    claim: ClaimName,
     matrix: &str,
     m: &Rows,
     property: &str,
@@ -40,7 +41,7 @@ fn mirrored(
                     "{matrix} is not {property}: entry [{row}][{column}] is {entry:e}, entry [{column}][{row}] is \
                      {mirror:e}"
                 );
-                return Err(Failure::Structure { claim: claim.into(), reason });
+                return Err(Failure::Structure { claim, part: matrix.into(), reason });
             }
         }
     }
@@ -48,7 +49,12 @@ fn mirrored(
 }
 
 /// Checks `m Theta = Theta m` for every Theta: entries whose row and column belong to different parameters are 0.
-pub(crate) fn commuting(claim: &str, matrix: &str, m: &Rows, parameters: &[usize]) -> Result<(), Failure> {
+pub(crate) fn commuting(
+    claim: ClaimName,
+    matrix: &str,
+    m: &Rows,
+    parameters: &[usize],
+) -> Result<(), Failure> {
     for (row, &of_row) in parameters.iter().enumerate() {
         for (column, &of_column) in parameters.iter().enumerate() {
             let entry = m[row][column];
@@ -57,7 +63,7 @@ pub(crate) fn commuting(claim: &str, matrix: &str, m: &Rows, parameters: &[usize
                     "{matrix} does not commute with Theta: entry [{row}][{column}] is {entry:e}, must be 0, because \
                      channel {row} carries parameter {of_row} and channel {column} parameter {of_column}"
                 );
-                return Err(Failure::Structure { claim: claim.into(), reason });
+                return Err(Failure::Structure { claim, part: matrix.into(), reason });
             }
         }
     }
@@ -81,7 +87,7 @@ impl Sign {
 ///
 /// The rows are eliminated upwards from the last block, -gamma I: its entries and those of S have few digits, which
 /// keeps the minors short.
-pub(crate) fn definite(claim: &str, matrix: &str, sign: Sign, blocked: &Blocked) -> Result<(), Failure> {
+pub(crate) fn definite(claim: ClaimName, matrix: &str, sign: Sign, blocked: &Blocked) -> Result<(), Failure> {
     let negative = sign == Sign::Negative;
     let m = if negative { &blocked.matrix.negated() } else { &blocked.matrix };
     let order: Vec<usize> = (0..m.rows).rev().collect();
@@ -97,7 +103,7 @@ pub(crate) fn definite(claim: &str, matrix: &str, sign: Sign, blocked: &Blocked)
             wrong.row,
             if negative { "below" } else { "above" }
         );
-        Failure::NotDefinite { claim: claim.into(), reason, pivot: Some(pivot) }
+        Failure::NotDefinite { claim, part: matrix.into(), reason, pivot: Some(pivot) }
     })
 }
 

@@ -203,16 +203,8 @@ mod tests {
         };
         // 2 pi/0.02/5 = 62.83 rad/s.
         assert_eq!(checks(62.8).remark(0.02, 0.04), None);
-        let warning = checks(112.0).remark(0.02, 0.04).unwrap();
-        assert!(
-            warning.contains("112 rad/s, is beyond a fifth of the sampling rate, 62.8 rad/s"),
-            "{warning}"
-        );
         // 2 pi/5/112 = 0.01122 s.
-        assert!(
-            warning.contains("control.weight, now 0.04") && warning.ends_with("every 0.011 s"),
-            "{warning}"
-        );
+        insta::assert_snapshot!(checks(112.0).remark(0.02, 0.04).unwrap());
         assert!(!checks(1e6).remark(0.02, 0.04).unwrap().contains("sample it"));
         assert_eq!(checks(112.0).remark(0.011, 0.04), None);
     }

@@ -318,4 +318,17 @@ pub(crate) mod tests {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         Inputs::read_axis(&vehicles.join(vehicle), design, axis).unwrap()
     }
+
+    /// Returns a text with its digits masked, for snapshots of computed numbers.
+    pub(crate) fn masked(text: &str) -> String {
+        let mut found = String::new();
+        for c in text.chars() {
+            match c {
+                '0'..='9' if found.ends_with('#') => {}
+                '0'..='9' => found.push('#'),
+                _ => found.push(c),
+            }
+        }
+        found
+    }
 }

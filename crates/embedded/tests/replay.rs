@@ -5,7 +5,7 @@ mod design;
 
 use design::example::{SIGNALS, SPEED, TRACKED};
 use design::{Random, random};
-use squid_embedded::{Real, Standing, compare as compare_sources, export};
+use squid_embedded::{ExportError, Real, SourceError, Standing, compare as compare_sources, export};
 use squid_scheduled::{Autopilot, ControllerDesign, Health, Inputs, Supervisor, TickError};
 use std::f64::consts::TAU;
 use std::io::Write;
@@ -354,38 +354,42 @@ fn refuses_designs_that_c_cannot_represent() {
     let refused = |change: fn(&mut ControllerDesign), real: Real| {
         let mut design = random(&mut Random::new(3), 3);
         change(&mut design);
-        export(&design, &standing(), real).unwrap_err().to_string()
+        export(&design, &standing(), real).unwrap_err()
     };
-    let message = refused(|design| design.actuators[0].name = "register".into(), Real::Double);
-    assert!(message.starts_with("the actuator 'register' cannot be a member of a struct"), "{message}");
-    let message =
+    let keyword = refused(|design| design.actuators[0].name = "register".into(), Real::Double);
+    assert!(matches!(&keyword, ExportError::Keyword { name } if name == "register"), "{keyword}");
+    let float =
         refused(|design| design.trim.forward_speed[1] = design.trim.forward_speed[0] + 1e-9, Real::Float);
-    assert!(message.contains("--real double"), "{message}");
-    let message = refused(|design| design.sample_time = -1.0, Real::Double);
-    assert!(message.starts_with("sample_time is -1"), "{message}");
+    assert!(matches!(float, ExportError::Float { .. }), "{float}");
+    let design = refused(|design| design.sample_time = -1.0, Real::Double);
+    assert!(matches!(design, ExportError::Design(_)), "{design}");
+    insta::assert_snapshot!([keyword, float, design].map(|error| error.to_string()).join("\n"));
 }
 
 #[test]
 fn compares_every_number_and_token_of_a_source() {
     let design = random(&mut Random::new(3), 3);
     let text = export(&design, &standing(), Real::Double).unwrap().source;
-    let message = |text: &str, other: &str| compare_sources(other, text).unwrap_err().to_string();
+    let error = |other: &str| compare_sources(other, &text).unwrap_err();
     compare_sources(&text.replace(",\n    ", ", "), &text).unwrap();
     let first =
         text.split("UPDATE[").nth(1).unwrap().split_once("{\n    {").unwrap().1.split(',').next().unwrap();
     let (head, tail) = text.split_once("UPDATE[").unwrap();
-    let changed = format!("{head}UPDATE[{}", tail.replacen(first, "0x1.5p+3", 1));
-    let words = message(&text, &changed);
-    assert!(
-        words.contains("the table UPDATE has 0x1.5p+3 where the certificate's controller has"),
-        "{words}"
-    );
-    let words = message(&text, &text.replace("rho - t->rho", "rho + t->rho"));
-    assert!(words.ends_with("it has + where squid writes -"), "{words}");
-    assert!(message(&text, &text.replace("return code;", "")).contains("where squid writes"));
-    assert!(message(&text, &text[..text.len() - 2]).contains("its end"));
-    assert!(
-        message(&text, &text.replace("    put_out", "    // \\\n    put_out"))
-            .contains("which squid never writes")
-    );
+    let number = error(&format!("{head}UPDATE[{}", tail.replacen(first, "0x1.5p+3", 1)));
+    let SourceError::Number { table, found, expected, .. } = &number else { panic!("{number}") };
+    assert_eq!((table.as_str(), found.as_str(), expected.as_str()), ("UPDATE", "0x1.5p+3", first.trim()));
+    let sign = error(&text.replace("rho - t->rho", "rho + t->rho"));
+    let SourceError::Other { found, expected, .. } = &sign else { panic!("{sign}") };
+    assert_eq!((found.as_str(), expected.as_str()), ("+", "-"));
+    for other in [&text.replace("return code;", ""), &text[..text.len() - 2]] {
+        assert!(matches!(error(other), SourceError::Other { .. }), "{}", error(other));
+    }
+    let hidden = error(&text.replace("    put_out", "    // \\\n    put_out"));
+    assert!(matches!(hidden, SourceError::Hides { .. }), "{hidden}");
+    let made_up = [
+        SourceError::Number { line: 1, table: "UPDATE".into(), found: "1".into(), expected: "2".into() },
+        SourceError::Other { line: 1, found: "+".into(), expected: "-".into() },
+        SourceError::Hides { line: 1, found: "\\" },
+    ];
+    insta::assert_snapshot!(made_up.map(|error| error.to_string()).join("\n"));
 }

@@ -6,6 +6,7 @@
 mod flight;
 
 use flight::Flight;
+use squid_auv::toml_file::Mistake;
 use squid_auv::{Actuator, Effect, Status};
 use squid_base::progress::Progress;
 use squid_certificate::Certificate;
@@ -265,21 +266,23 @@ fn is_proved() {
 
 #[test]
 fn design_file_names_its_signals() {
-    let refused = |from: &str, to: &str| {
-        let text = DESIGN.replacen(from, to, 1);
-        assert_ne!(text, DESIGN);
-        DesignFile::parse_for(&INTERFACE, &text, "sway.toml", "sway").unwrap_err().to_string()
-    };
-    for (from, to, words) in [
-        ("output = \"offset\"", "output = \"pitch\"", "'track.output' is \"pitch\"; it must be \"offset\""),
-        ("output = \"offset\"", "output = \"drift\"", "'track.output' is \"drift\"; it must be \"offset\""),
-        ("unit = \"cm\"", "unit = \"deg\"", "'track.unit' is \"deg\"; it must be \"m\" or \"cm\""),
-        ("offset_step = 0.5", "offset_step = 0.6", "at most 0.5 (m) in size, the 'scale' of offset"),
-        ("offset_step = 0.5", "pitch_step = 0.5", "unknown key 'manoeuvre.pitch_step'"),
+    let mut messages = vec![];
+    for (from, to, key) in [
+        ("output = \"offset\"", "output = \"pitch\"", "track.output"),
+        ("output = \"offset\"", "output = \"drift\"", "track.output"),
+        ("unit = \"cm\"", "unit = \"deg\"", "track.unit"),
+        ("offset_step = 0.5", "offset_step = 0.6", "manoeuvre.offset_step"),
+        ("offset_step = 0.5", "pitch_step = 0.5", "manoeuvre.pitch_step"),
     ] {
-        let found = refused(from, to);
-        assert!(found.contains(words), "{found}");
+        let (before, _) = DESIGN.split_once(from).unwrap();
+        let line = before.matches('\n').count() + 1;
+        let text = DESIGN.replacen(from, to, 1);
+        let error = DesignFile::parse_for(&INTERFACE, &text, "sway.toml", "sway").unwrap_err();
+        let is_found = |one: &Mistake| (one.line, one.problem.key()) == (line, Some(key));
+        assert!(error.mistakes.iter().any(is_found), "{line}, {key}: {error}");
+        messages.push(error.to_string());
     }
+    insta::assert_snapshot!(messages.join("\n\n"));
 }
 
 /// A vehicle with these equations, stepped exactly between ticks.
@@ -362,8 +365,9 @@ fn fmu_tracks_the_step() {
     assert_eq!(of(Causality::Input)[..4], ["offset", "drift", "speed", "offset_reference"]);
     assert_eq!(of(Causality::Input)[4..], engagement);
     assert!(of(Causality::Output).contains(&"side_thruster"));
-    assert!(described.xml.contains("description=\"offset from the track\""), "{}", described.xml);
-    assert!(described.xml.contains("LPV offset controller of squid"), "{}", described.xml);
+    let offset = described.description.variables.iter().find(|one| one.name == "offset").unwrap();
+    let (name, _) = described.description.description.split_once(", L2").unwrap();
+    insta::assert_snapshot!(format!("{name}\n{}", offset.description));
     flown(&alone(), &[]);
 }
 
@@ -406,27 +410,19 @@ fn two_axes_share_one_fmu() {
 /// Axes that do not fit together are refused.
 #[test]
 fn rejects_axes_that_do_not_fit() {
-    let refused = |change: fn(&mut ControllerDesign)| {
+    let changes: [fn(&mut ControllerDesign); 4] = [
+        |design| design.sample_time = 0.04,
+        |design| design.vehicle.name = "other".into(),
+        |design| design.actuators[0].name = "upper_port".into(),
+        |design| design.signals[2].unit = "km/h".into(),
+    ];
+    let messages = changes.map(|change| {
         let mut design = frozen();
         change(&mut design);
         let files = [("controller.json", squid()), ("controller_2.json", design.to_json().unwrap())];
         describe(&files.into_iter().collect()).unwrap_err().to_string()
-    };
-    for (change, words) in [
-        (
-            (|design| design.sample_time = 0.04) as fn(&mut ControllerDesign),
-            "resources/controller_2.json: sample_time is '0.04', and that of the axes before it is '0.02'",
-        ),
-        (|design| design.vehicle.name = "other".into(), "controller_2.json: vehicle is 'other'"),
-        (
-            |design| design.actuators[0].name = "upper_port".into(),
-            "controller_2.json: the actuator 'upper_port' is commanded by an axis before it",
-        ),
-        (|design| design.signals[2].unit = "km/h".into(), "unit of a shared input is 'km/h'"),
-    ] {
-        let found = refused(change);
-        assert!(found.contains(words), "{found}");
-    }
+    });
+    insta::assert_snapshot!(messages.join("\n"));
 }
 
 const MAIN: &str = r#"

@@ -18,7 +18,7 @@ pub enum Error {
     #[error(transparent)]
     #[strum(transparent)]
     Proof(#[from] ProofError),
-    /// The text is invalid.
+    /// The text is invalid; `key` is the path to the wrong value, empty for the text as a whole.
     #[error("{file}{}: {reason}", .line.map_or_else(String::new, |line| format!(":{line}")))]
     Problem { file: String, line: Option<usize>, key: String, reason: String },
     /// mu cannot be bounded.

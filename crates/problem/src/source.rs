@@ -53,7 +53,9 @@ impl Source {
                     self.advice(line, column, &reason)
                 ),
             };
-            Error::Problem { file: self.name.clone(), line: Some(line), key: path, reason }
+            // An unknown part of the path is a question mark.
+            let key = path.trim_end_matches(['.', '?']).to_owned();
+            Error::Problem { file: self.name.clone(), line: Some(line), key, reason }
         })
     }
 

@@ -142,7 +142,7 @@ mod tests {
         let inputs = Inputs::read(folder.path(), "design").unwrap().with_bandwidth(0.1).unwrap();
         assert_eq!(date(&inputs).as_deref(), Some("2069-12-07"));
         let origin = Rendered::of(&Report::without_sections(&inputs, None)).origin;
-        assert!(origin.contains(", design.toml as design-bandwidth-0.1 with "), "{origin}");
+        assert!(origin.contains(" design-bandwidth-0.1 "), "{origin}");
     }
 
     /// Every input of the report changes the key, so that no other report is shown.

@@ -127,12 +127,7 @@ fn refuses_vehicles_without_heading_control() {
         vehicle.actuators.retain(|one| one.name != "yaw");
         start_heading(&vehicle, FILES, None).unwrap_err().to_string()
     };
-    let (squid, sparus) = (refused("squid"), refused("sparus2"));
-    assert!(
-        squid.contains("vehicle.toml has no actuator that yaws the vehicle and does nothing in the"),
-        "{squid}"
-    );
-    assert!(sparus.contains("moves in the vertical plane alone: give it 'mass.I_xx'"), "{sparus}");
+    insta::assert_snapshot!(["squid", "sparus2"].map(refused).join("\n\n"));
 }
 
 /// Thrusters hold the box-shaped ROV level at rest, so its speed range starts at rest.
@@ -161,7 +156,7 @@ fn missing_range_has_reasons() {
     let small = rejected(&|a| (a.min, a.max) = (0.1 * a.min, 0.1 * a.max));
     assert!(small.contains("stern_planes"), "{small}");
     let slow = rejected(&|a| a.lag = 100.0);
-    assert!(slow.contains("too fast for stern_planes with a lag of 100 s"), "{slow}");
+    assert!(slow.contains("stern_planes") && slow.contains(" 100 s"), "{slow}");
 }
 
 /// A search is limited by a number of designs, not by time: the written file and the front are the same on one and on

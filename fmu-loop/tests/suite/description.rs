@@ -4,9 +4,10 @@ use crate::example::{Flight, design, manoeuvre, resources, turning, with};
 use squid_auv::VIEWS;
 use squid_auv::longitudinal::SIGNALS;
 use squid_fmi2::model_description::{Causality, Kind};
-use squid_fmi2::{Described, Experiment, Instance, Model, Resources, Silent};
-use squid_fmu_loop::describe;
-use squid_scheduled::MANOEUVRE_RESOURCE;
+use squid_fmi2::{DescribeError, Described, Experiment, Failure, Instance, Model, Silent};
+use squid_fmu_loop::{ClosedLoopError, describe};
+use squid_fmu_plant::PlantError;
+use squid_scheduled::{MANOEUVRE_RESOURCE, ManoeuvreError};
 use squid_signals::Curve;
 
 /// Every signal measured by a controller of any view is an output of the plant with the same name and unit.
@@ -100,8 +101,9 @@ fn guid_depends_on_the_manoeuvre() {
     assert_ne!(describe(&with(&design(), &longer)).unwrap().guid, describe(&resources()).unwrap().guid);
 }
 
-fn refusal(resources: &Resources) -> String {
-    describe(resources).unwrap_err().to_string()
+/// Returns the error in a set of resources as an error of the loop.
+fn cause(error: &DescribeError) -> Option<&ClosedLoopError> {
+    std::error::Error::source(error)?.downcast_ref()
 }
 
 #[test]
@@ -109,14 +111,13 @@ fn rejects_missing_and_damaged_files() {
     for name in ["vehicle.json", "plant.json", "controller.json", "manoeuvre.json"] {
         let complete = resources();
         let others = complete.iter().filter(|(other, _)| *other != name);
-        let message = refusal(&others.collect());
-        assert!(message.contains(&format!("resources/{name} is missing")), "{message}");
+        let message = describe(&others.collect()).unwrap_err().to_string();
+        assert!(message.contains(name), "{message}");
         for damage in [&b"{\"format\": "[..], &b"\xff"[..]] {
             let mut damaged = resources();
             damaged.insert(name, damage);
-            let message = refusal(&damaged);
-            let named = message.contains(name);
-            assert!(named, "{name}: {message}");
+            let message = describe(&damaged).unwrap_err().to_string();
+            assert!(message.contains(name), "{name}: {message}");
         }
     }
 }
@@ -126,43 +127,63 @@ fn rejects_infeasible_manoeuvre() {
     let mut damaged = resources();
     let text = manoeuvre().to_json().unwrap().replace("\"ramp_duration\": 10.0", "\"ramp_duration\": -10.0");
     damaged.insert(MANOEUVRE_RESOURCE, text);
-    let message = refusal(&damaged);
-    let expected = "resources/manoeuvre.json: ramp_duration is -10, but must be finite and above 0";
-    assert!(message.contains(expected), "{message}");
+    let error = describe(&damaged).unwrap_err();
+    let Some(ClosedLoopError::ManoeuvreFile(ManoeuvreError::BadNumber { key, value, .. })) = cause(&error)
+    else {
+        panic!("{error}")
+    };
+    assert_eq!((key.as_str(), *value), ("ramp_duration", -10.0));
+    insta::assert_snapshot!(error);
 }
 
 #[test]
 fn rejects_controller_of_another_vehicle() {
-    let mut other = design();
-    other.vehicle.name = "whale".to_owned();
-    let message = refusal(&with(&other, &manoeuvre()));
-    assert!(message.contains("is the design for 'whale', and the vehicle is 'squid'"), "{message}");
-    let mut other = design();
-    other.actuators.swap(0, 1);
-    let message = refusal(&with(&other, &manoeuvre()));
-    let expected = "commands upper_port, lower, upper_starboard, and the actuators of the vehicle are lower,";
-    assert!(message.contains(expected), "{message}");
-    let mut other = design();
-    other.actuators[0].curve = Some(Curve::through(vec![[-1.0, -60.0], [1.0, 100.0]], "%").unwrap());
-    let message = refusal(&with(&other, &manoeuvre()));
-    let expected =
-        "commands lower [%], upper_port, upper_starboard, and the actuators of the vehicle are lower,";
-    assert!(message.contains(expected), "{message}");
+    let mut whale = design();
+    whale.vehicle.name = "whale".to_owned();
+    let mut order = design();
+    order.actuators.swap(0, 1);
+    let mut unit = design();
+    unit.actuators[0].curve = Some(Curve::through(vec![[-1.0, -60.0], [1.0, 100.0]], "%").unwrap());
+    let errors = [whale, order, unit].map(|other| describe(&with(&other, &manoeuvre())).unwrap_err());
+    let [whale, order, unit] = errors.each_ref().map(|error| cause(error).unwrap());
+    assert!(matches!(whale, ClosedLoopError::OtherVehicle { found, .. } if found == "whale"), "{whale}");
+    for (error, found) in [
+        (order, ["upper_port", "lower", "upper_starboard"]),
+        (unit, ["lower [%]", "upper_port", "upper_starboard"]),
+    ] {
+        assert!(
+            matches!(error, ClosedLoopError::OtherActuators { found: of, .. } if *of == found),
+            "{error}"
+        );
+    }
+    insta::assert_snapshot!(errors.map(|error| error.to_string()).join("\n"));
 }
 
 #[test]
 fn rejects_infeasible_parameters() {
-    for (name, value, expected) in [
-        ("ramp_duration", 0.0, "the manoeuvre cannot be flown: ramp_duration is 0, but must be"),
-        ("step_end", 1.0, "the manoeuvre cannot be flown: step_end is 1 s, before step_time at 2 s"),
-        ("speed_from", 80.0, "the vehicle cannot start"),
-        ("initial_depth", -1.0, "initial_depth is -1 m, and must be zero"),
-    ] {
+    let rejected = |name: &str, value: f64| {
         let mut flight = Flight::prepare(describe(&resources()).unwrap(), 0.0);
         flight.set(name, value);
-        let message = flight.begin().unwrap_err().to_string();
-        assert!(message.contains(expected), "{message}");
-    }
+        match flight.begin().unwrap_err() {
+            Failure::Model(error) => error,
+            Failure::Refused(refusal) => panic!("{refusal}"),
+        }
+    };
+    let (ramp, step) = (rejected("ramp_duration", 0.0), rejected("step_end", 1.0));
+    assert!(
+        matches!(&ramp, ClosedLoopError::Manoeuvre(ManoeuvreError::BadNumber { key, .. }) if key == "ramp_duration"),
+        "{ramp}"
+    );
+    let ClosedLoopError::Manoeuvre(ManoeuvreError::StepEndsBeforeItStarts { step_time, step_end }) = step
+    else {
+        panic!("{step}")
+    };
+    assert_eq!((step_time, step_end), (2.0, 1.0));
+    insta::assert_snapshot!(format!("{ramp}\n{step}"));
+    let fast = rejected("speed_from", 80.0);
+    assert!(matches!(fast, ClosedLoopError::Plant(PlantError::Trim(_))), "{fast}");
+    let above = rejected("initial_depth", -1.0);
+    assert!(matches!(above, ClosedLoopError::Plant(PlantError::AboveSurface { depth: -1.0 })), "{above}");
 }
 
 /// Minimum and maximum of FMI include the ends; the description states it if the model refuses an end.

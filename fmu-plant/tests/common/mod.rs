@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "not every test needs everything")]
 
 #[path = "../../../crates/fmi2/tests/flight/mod.rs"]
-mod flight;
+pub mod flight;
 
 use std::path::Path;
 

@@ -1,10 +1,10 @@
 //! Model description of the plant, and the files that it refuses.
 
 use crate::common::{prepare, remus100, squid, vehicle};
-use squid_auv::LpvModel;
-use squid_fmi2::Resources;
+use squid_auv::{LpvModel, LpvModelError};
 use squid_fmi2::model_description::{Causality, Kind, ScalarVariable, Variability};
-use squid_fmu_plant::{LPV_RESOURCE, VEHICLE_RESOURCE, describe};
+use squid_fmi2::{DescribeError, ResourceError, Resources};
+use squid_fmu_plant::{LPV_RESOURCE, PlantError, VEHICLE_RESOURCE, describe};
 
 #[test]
 fn description_follows_from_the_files() {
@@ -132,8 +132,9 @@ fn outputs_depend_on_states_and_current_only() {
     assert_eq!(structure.initial_unknowns.len(), structure.outputs.len() + 2 + structure.derivatives.len());
 }
 
-fn complaint(resources: &Resources) -> String {
-    describe(resources).unwrap_err().to_string()
+/// Returns the cause of an error, if the model found it.
+fn cause(error: &DescribeError) -> Option<&PlantError> {
+    std::error::Error::source(error)?.downcast_ref()
 }
 
 #[test]
@@ -141,40 +142,36 @@ fn rejects_invalid_files() {
     let good = squid();
     let json = good.text(LPV_RESOURCE).unwrap();
     let vehicle = good.text(VEHICLE_RESOURCE).unwrap();
-    for (name, text, expected) in [
-        (LPV_RESOURCE, "{", "resources/plant.json: not an LPV model"),
-        (
-            LPV_RESOURCE,
-            &json.replace("auv-lpv-model/1", "auv-lpv-model/9"),
-            "resources/plant.json: `format` is",
-        ),
-        (
-            LPV_RESOURCE,
-            &json.replace("\"squid\"", "\"whale\""),
-            "resources/plant.json is the LPV model of 'whale', and the vehicle is 'squid'",
-        ),
-        (
-            VEHICLE_RESOURCE,
-            &vehicle.replace("I_yy", "I_yyy"),
-            "resources/vehicle.json: `coefficients.I_yyy` is unknown",
-        ),
-        (VEHICLE_RESOURCE, &vehicle.replace("\"lower\"", "\"pitch\""), "two variables are called 'pitch'"),
-    ] {
+    let stranger = remus100().text(VEHICLE_RESOURCE).unwrap().replace("\"remus100\"", "\"squid\"");
+    let errors = [
+        (LPV_RESOURCE, "{"),
+        (LPV_RESOURCE, &json.replace("auv-lpv-model/1", "auv-lpv-model/9")),
+        (LPV_RESOURCE, &json.replace("\"squid\"", "\"whale\"")),
+        (VEHICLE_RESOURCE, &vehicle.replace("I_yy", "I_yyy")),
+        (VEHICLE_RESOURCE, &vehicle.replace("\"lower\"", "\"pitch\"")),
+        (VEHICLE_RESOURCE, &stranger),
+    ]
+    .map(|(name, text)| {
         let mut damaged = good.clone();
         damaged.insert(name, text);
-        let message = complaint(&damaged);
-        assert!(message.contains(expected), "{message}");
-        assert_eq!(message.matches("resources/plant.json").count(), expected.matches("plant.json").count());
-    }
-    let mut other = good.clone();
-    other.insert(
-        VEHICLE_RESOURCE,
-        remus100().text(VEHICLE_RESOURCE).unwrap().replace("\"remus100\"", "\"squid\""),
-    );
-    assert!(
-        complaint(&other).contains("resources/plant.json: `trim` is for 3 actuators, and the vehicle has 2")
-    );
-    assert!(complaint(&Resources::default()).contains("resources/vehicle.json is missing"));
+        describe(&damaged).unwrap_err()
+    });
     let alone: Resources = [(VEHICLE_RESOURCE, vehicle)].into_iter().collect();
-    assert!(complaint(&alone).contains("resources/plant.json is missing"));
+    let missing = [Resources::default(), alone].map(|files| describe(&files).unwrap_err());
+    let [text, format, whale, unknown, twice, other] = errors.each_ref().map(cause);
+    assert!(matches!(text, Some(PlantError::Lpv(LpvModelError::NotJson { .. }))), "{text:?}");
+    assert!(matches!(format, Some(PlantError::Lpv(LpvModelError::Format { .. }))), "{format:?}");
+    assert!(matches!(whale, Some(PlantError::OtherVehicle { .. })), "{whale:?}");
+    assert!(matches!(unknown, Some(PlantError::Vehicle(_))), "{unknown:?}");
+    assert!(twice.is_none() && matches!(errors[4], DescribeError::Write(_)), "{twice:?}");
+    let wrong = LpvModelError::Actuators { key: "trim", found: 3, expected: 2 };
+    assert!(matches!(other, Some(PlantError::Lpv(reason)) if *reason == wrong), "{other:?}");
+    for (error, file) in missing.iter().zip([VEHICLE_RESOURCE, LPV_RESOURCE]) {
+        let Some(PlantError::Resource(ResourceError::Missing { name })) = cause(error) else {
+            panic!("{error}")
+        };
+        assert_eq!(name, file);
+    }
+    let messages: Vec<_> = errors.iter().chain(&missing).map(ToString::to_string).collect();
+    insta::assert_snapshot!(messages.join("\n\n"));
 }

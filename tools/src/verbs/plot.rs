@@ -262,7 +262,8 @@ mod tests {
         assert_eq!(end_at_surface(&mut found), None);
 
         std::fs::write(&path, record.replace("2.75", "much")).unwrap();
-        let message = read_record(&path).unwrap_err().to_string();
-        assert!(message.ends_with("flight.csv:4: 'speed' is \"much\"; it must be a number"), "{message}");
+        let Error::Record { path: at, reason } = read_record(&path).unwrap_err() else { panic!() };
+        assert!(at.ends_with("flight.csv:4"), "{at}");
+        insta::assert_snapshot!(reason);
     }
 }

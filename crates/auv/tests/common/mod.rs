@@ -4,7 +4,8 @@
 
 use std::path::Path;
 
-use squid_auv::Vehicle;
+use squid_auv::toml_file::FileError;
+use squid_auv::{CoefficientError, JsonProblem, Vehicle, VehicleJsonError};
 
 pub fn squid() -> Vehicle {
     vehicle("squid")
@@ -33,4 +34,32 @@ pub fn six_dof(name: &str) -> Vehicle {
 pub fn text(name: &str) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
     std::fs::read_to_string(root.join(name).join("vehicle.toml")).unwrap()
+}
+
+/// Returns line and key of each mistake in a file.
+pub fn places(error: &FileError) -> Vec<(usize, &str)> {
+    error.mistakes.iter().map(|one| (one.line, one.problem.key().unwrap_or_default())).collect()
+}
+
+/// Checks line and key of the only mistake in a file, and returns its message below what caused it.
+#[track_caller]
+pub fn message(what: &str, error: &FileError, place: (usize, &str)) -> String {
+    assert_eq!(places(error), [place], "{error}");
+    let what = if what.is_empty() { "left out" } else { what };
+    format!("{what}:\n{}", error.mistakes[0].problem)
+}
+
+/// Checks the key of a mistake in the JSON of a vehicle, `""` in text that is none, and returns its message below what
+/// caused it.
+#[track_caller]
+pub fn json_message(what: &str, error: &VehicleJsonError, key: &str) -> String {
+    let found = match &error.problem {
+        JsonProblem::NotAllowed { key, .. } | JsonProblem::Missing(key) | JsonProblem::Unknown(key) => key,
+        JsonProblem::Coefficients(CoefficientError::NotAllowed { key, .. }) => *key,
+        JsonProblem::Coefficients(_) => panic!("{error}"),
+        JsonProblem::NotJson(_) => "",
+    };
+    assert_eq!(found, key, "{error}");
+    // Line and column change with the digits of the vehicle file.
+    format!("{what}:\n{}", error.to_string().split(" at line ").next().unwrap())
 }

@@ -1,5 +1,7 @@
 //! Vehicle files with non-dimensional numbers, against published dimensional ones.
 
+use crate::common::{message, places};
+use squid_auv::toml_file::FileError;
 use squid_auv::{Effect, Vehicle};
 
 /// Returns the file of NPS AUV II, prime-I with L = 5.3 m, with the coefficients of A. J. Healey, D. Lienard, IEEE J.
@@ -69,13 +71,13 @@ fn coefficients_scale_with_their_power_of_the_length() {
     }
 }
 
-fn read(text: &str, changes: &[(&str, &str)]) -> Result<Vehicle, String> {
+fn read(text: &str, changes: &[(&str, &str)]) -> Result<Vehicle, FileError> {
     let mut text = text.to_owned();
     for (from, to) in changes {
         assert!(text.contains(from), "{from}");
         text = text.replacen(from, to, 1);
     }
-    Vehicle::parse(&text, "nps.toml").map_err(|error| error.to_string())
+    Vehicle::parse(&text, "nps.toml")
 }
 
 /// Prime-II has rho L^2 T/2 for the mass; with T = L both systems agree. Forces, inertia and linear damping follow
@@ -112,40 +114,21 @@ fn scales_of_both_systems_include_the_speed() {
 fn reports_mistakes_in_the_system() {
     let text = nps();
     let line = |marker: &str| text.lines().position(|line| line.starts_with(marker)).unwrap() + 1;
-    let message = |changes: &[(&str, &str)]| read(&text, changes).unwrap_err();
-    let system = line("system");
-    assert_eq!(
-        message(&[("prime-I", "prime")]),
-        format!(
-            "nps.toml:{system}: 'non_dimensional.system' is \"prime\" (did you mean \"prime-I\"?); it must be \
-             \"prime-I\" or \"prime-II\""
-        )
-    );
-    assert_eq!(
-        message(&[("prime-I", "prime-II")]),
-        format!(
-            "nps.toml:{}: missing key 'non_dimensional.draught': the draught T of the system \"prime-II\"",
-            system - 1
-        )
-    );
-    assert_eq!(
-        message(&[("weight = { value = 53400.0, unit = \"N\"", "weight = { value = 0.7, unit = \"prime\"")]),
-        format!(
-            "nps.toml:{}: missing key 'non_dimensional.speed': the speed U of the system, which 'weight' in \
-             \"prime\" needs",
-            system - 1
-        )
-    );
-    assert_eq!(
-        message(&[("unit = \"prime\"", "unit = \"slug\"")]),
-        format!(
-            "nps.toml:{}: 'added_mass.X_u_dot' is in \"slug\"; it must be in \"kg\" or \"prime\"",
-            line("X_u_dot")
-        )
-    );
-    let without = text.find("[non_dimensional]").unwrap()..text.find("[mass]").unwrap();
-    let message = Vehicle::parse(&text.replace(&text[without], ""), "nps.toml").unwrap_err().to_string();
-    let expected = "missing key 'non_dimensional': a table with system, length and density, which 'X_u_dot' in \
-        \"prime\" needs";
-    assert!(message.lines().next().unwrap().ends_with(expected), "{message}");
+    let (system, table) = (line("system"), line("[non_dimensional]"));
+    let weight = ("weight = { value = 53400.0, unit = \"N\"", "weight = { value = 0.7, unit = \"prime\"");
+    let slug = ("unit = \"prime\"", "unit = \"slug\"");
+    let mut messages = vec![];
+    for (change, line, key) in [
+        (("prime-I", "prime"), system, "non_dimensional.system"),
+        (("prime-I", "prime-II"), table, "non_dimensional.draught"),
+        (weight, table, "non_dimensional.speed"),
+        (slug, line("X_u_dot"), "added_mass.X_u_dot"),
+    ] {
+        messages.push(message(change.1, &read(&text, &[change]).unwrap_err(), (line, key)));
+    }
+    let section = &text[text.find("[non_dimensional]").unwrap()..text.find("[mass]").unwrap()];
+    let none = read(&text, &[(section, "")]).unwrap_err();
+    assert_eq!(places(&none)[0].1, "non_dimensional");
+    messages.push(format!("no system:\n{}", none.mistakes[0].problem));
+    insta::assert_snapshot!(messages.join("\n\n"));
 }

@@ -284,7 +284,7 @@ fn reports_a_diverging_motion() {
 #[test]
 fn rejects_impossible_motions() {
     let vehicle = six_dof("squid");
-    let state_out_of_range = |load: [f64; 6]| {
+    let assert_impossible = |load: [f64; 6], symbol: &str| {
         let mut plant = Plant::new(&vehicle).unwrap();
         plant.set_load(load).unwrap();
         match plant.advance(1.0).unwrap_err() {
@@ -293,16 +293,15 @@ fn rejects_impossible_motions() {
                 ..
             } => {
                 assert!(found.abs() > most && found.abs() < 1.5 * most, "{found}");
-                state
+                assert!(state.split(' ').any(|word| word == symbol), "{state}");
             }
             other => panic!("{other}"),
         }
     };
-    assert_eq!(state_out_of_range([1e6, 0.0, 0.0, 0.0, 0.0, 0.0]), "the surge speed u");
-    assert_eq!(state_out_of_range([0.0, 0.0, 0.0, 1e5, 0.0, 0.0]), "the angular velocity p about x");
+    assert_impossible([1e6, 0.0, 0.0, 0.0, 0.0, 0.0], "u");
+    assert_impossible([0.0, 0.0, 0.0, 1e5, 0.0, 0.0], "p");
     let mut plant = Plant::new(&vehicle).unwrap();
     let state = plant.state();
     plant.set_state(&State { motion: Motion { w: f64::NAN, ..state.motion }, ..state });
-    let error = plant.advance(1e-12).unwrap_err().to_string();
-    assert!(error.contains("the surge speed u is NaN m/s"), "{error}");
+    insta::assert_snapshot!(plant.advance(1e-12).unwrap_err());
 }

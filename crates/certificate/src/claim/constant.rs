@@ -58,6 +58,7 @@
 
 use super::filtered::{Filter, Filtered};
 use super::proved::Provable;
+use crate::claim::ClaimName;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::matrix::Matrix;
@@ -198,8 +199,8 @@ impl Constant {
 }
 
 impl Provable for Constant {
-    fn name(&self) -> &'static str {
-        "the claim for constant parameters"
+    fn name(&self) -> ClaimName {
+        ClaimName::Constant
     }
 
     fn check(&self, path: &str, system: Loop<'_>) -> Result<(), Failure> {
@@ -256,10 +257,10 @@ impl Provable for Constant {
     }
 }
 
-fn require_definite(claim: &str, matrix: &str, sign: Sign, m: &Matrix) -> Result<(), Failure> {
+fn require_definite(claim: ClaimName, matrix: &str, sign: Sign, m: &Matrix) -> Result<(), Failure> {
     if if sign == Sign::Negative { shown_positive(&m.negated()) } else { shown_positive(m) } {
         return Ok(());
     }
     let reason = format!("{matrix} is not shown to be {} definite", sign.word());
-    Err(Failure::NotDefinite { claim: claim.into(), reason, pivot: None })
+    Err(Failure::NotDefinite { claim, part: matrix.into(), reason, pivot: None })
 }

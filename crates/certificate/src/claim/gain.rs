@@ -1,6 +1,7 @@
 //! Gain for parameters that vary arbitrarily fast, with or without the model error.
 
 use super::proved::Provable;
+use crate::claim::ClaimName;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
@@ -41,8 +42,8 @@ pub struct Gain {
 }
 
 impl Provable for Gain {
-    fn name(&self) -> &'static str {
-        if self.lambda.is_some() { "the claim with model error" } else { "the claim" }
+    fn name(&self) -> ClaimName {
+        if self.lambda.is_some() { ClaimName::RobustGain } else { ClaimName::Gain }
     }
 
     fn check(&self, path: &str, system: Loop<'_>) -> Result<(), Failure> {
@@ -89,7 +90,7 @@ pub(super) fn check_scalings(
 /// Proves the inequality of a loop: `gamma > 0`, `lambda > 0`, `S = S' > 0` and `T = -T'` commute with Theta, `X > 0`,
 /// and the matrix of the inequality is negative definite. The caller ensures `X = X'`.
 pub(super) fn prove_gain(
-    claim: &str,
+    claim: ClaimName,
     closed: &ClosedLoop,
     gamma: Dyadic,
     lambda: Option<f64>,

@@ -2,6 +2,7 @@
 
 use super::gain::{check_scalings, prove_gain};
 use super::proved::Provable;
+use crate::claim::ClaimName;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
@@ -133,8 +134,8 @@ impl Limits {
 }
 
 impl Provable for Limits {
-    fn name(&self) -> &'static str {
-        "the claim with limits"
+    fn name(&self) -> ClaimName {
+        ClaimName::Limits
     }
 
     fn check(&self, path: &str, system: Loop<'_>) -> Result<(), Failure> {
@@ -182,8 +183,9 @@ impl Provable for Limits {
         let x = Matrix::from_rows(&self.x, closed.states);
         let (s, t) = (block_diagonal(&self.s, &self.u), block_diagonal(&self.t, &vec![0.0; self.u.len()]));
         prove_gain(claim, &closed, &decay * &beta, Some(self.lambda), x.clone(), (&s, &t))?;
-        let too_large =
-            |beyond: String| Failure::condition(claim, format_args!("a step of {:e} {beyond}", self.size));
+        let too_large = |beyond: String| {
+            Failure::condition(claim, "size", format_args!("a step of {:e} {beyond}", self.size))
+        };
         let held = Matrix::from_rows(&vec![self.x_held.clone()], closed.states).scaled(&size);
         let level = &held.times(&x).times(&held.transpose())[(0, 0)];
         if !(&beta + &-level).is_positive() {
@@ -202,7 +204,7 @@ impl Provable for Limits {
 /// `[X h_j'; h_j limit_j^2/level]` is positive definite for each limit: |h_j x| is below it where x'Xx is at most the
 /// level.
 pub(super) fn out_of_reach(
-    claim: &str,
+    claim: ClaimName,
     (x, h, limits): (&Matrix, &Rows, &[f64]),
     level: &Dyadic,
     name: &str,

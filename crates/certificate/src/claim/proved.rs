@@ -1,12 +1,13 @@
 //! Interface of a claim to the prover.
 
+use crate::claim::ClaimName;
 use crate::error::Failure;
 use crate::system::Loop;
 
 /// Interface of a claim to the prover.
 pub(crate) trait Provable {
     /// Returns the name in messages.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> ClaimName;
 
     /// Checks the sizes of its matrices; `path` is that of the claim.
     ///

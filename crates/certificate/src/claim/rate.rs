@@ -17,6 +17,7 @@
 //! 2002, chapters 4 and 6.
 
 use super::proved::Provable;
+use crate::claim::ClaimName;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
@@ -91,10 +92,10 @@ impl fmt::Display for RateTheorem {
 const MOST_ORDER: usize = 8;
 
 impl Provable for Rate {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> ClaimName {
         match self.lambda {
-            None => "the claim of a bounded rate",
-            Some(_) => "the claim of a bounded rate with model error",
+            None => ClaimName::Rate,
+            Some(_) => ClaimName::RobustRate,
         }
     }
 
@@ -141,7 +142,7 @@ impl Provable for Rate {
         let claim = self.name();
         if self.rate < 0.0 {
             let reason = format!("the rate is {:e}, must be at least 0", self.rate);
-            return Err(Failure::condition(claim, reason));
+            return Err(Failure::condition(claim, "rate", reason));
         }
         positive(claim, "gamma", self.gamma)?;
         self.lambda.map_or(Ok(()), |lambda| positive(claim, "lambda", lambda))?;

@@ -1,13 +1,13 @@
 //! Claim of a bounded rate, on loops whose gain is known.
 
-use crate::common::{add, add_model_error, claim, golden_text, prove, scheduled};
+use crate::common::{Refused, add, add_model_error, claim, golden_text, is_at, prove, scheduled};
 use crate::independent::Loop;
 use crate::rate_alone::ALONE;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use serde_json::{Value, json};
-use squid_certificate::{Certificate, Rate};
+use squid_certificate::{Certificate, Rate, RateTheorem};
 use std::cell::Cell;
 
 /// Returns the certificate of `x' = (-3 + 1.5 theta) x + w`, see [`scheduled`], with X = 1 and one interval. With
@@ -29,18 +29,14 @@ pub fn one_interval(gamma: f64, m: f64) -> Value {
 #[test]
 fn constant_lyapunov_matrix_by_hand() {
     let theorem = prove(&one_interval(0.75, 0.5)).unwrap();
-    assert!(theorem.ends_with(
-        "moves by at most 3 in a unit of time, the gain is below 0.75; of another plant nothing is proved."
-    ));
+    let slow = RateTheorem { rate: 3.0, gamma: 0.75, gamma_with_model_error: None };
+    assert_eq!(theorem.bounded_rate, Some(slow));
+    let mut refused = Refused::default();
     for (gamma, m) in [(0.75, 1.0), (0.66, 1e-9), (0.75, -0.5)] {
-        let refusal = prove(&one_interval(gamma, m)).unwrap_err();
-        assert!(
-            refusal.starts_with("the claim of a bounded rate is not proved: a Bernstein coefficient")
-                && refusal.contains("between breakpoints 0 and 1"),
-            "{refusal}"
-        );
+        refused.at("Rate Bernstein", &one_interval(gamma, m));
     }
-    assert!(prove(&one_interval(-0.75, 0.5)).unwrap_err().contains("gamma is -7.5e-1"));
+    refused.at("Rate gamma", &one_interval(-0.75, 0.5));
+    insta::assert_snapshot!(format!("{}{theorem}", refused.0));
 }
 
 /// Returns the certificate of the commutator `theta G - G theta` with `G = 1/(s + 1)`, whose gain is the rate:
@@ -123,7 +119,7 @@ fn inverse_lyapunov_matrix_belongs_to_transposed_loop() {
         for (to, from) in pairs {
             other["plant"][to] = transposed(&given["plant"][from]);
         }
-        assert!(prove(&other).unwrap_err().contains("bounded rate"));
+        assert!(is_at(&prove(&other).unwrap_err(), "Rate Bernstein"));
         claim(&mut other, "rate")["inverse"] = json!(true);
         assert!(prove(&other).is_ok(), "{:?}", prove(&other));
         claim(&mut other, "rate")["gamma"] = json!(0.99 * rate);
@@ -133,20 +129,17 @@ fn inverse_lyapunov_matrix_belongs_to_transposed_loop() {
 
 #[test]
 fn names_fields_that_do_not_fit() {
-    let changed = |pointer: &str, value: Value| {
+    let mut refused = Refused::default();
+    let mut at = |key: &str, value: Value, place: &str| {
         let mut c = one_interval(0.75, 0.5);
-        *c.pointer_mut(pointer).unwrap() = value;
-        prove(&c).unwrap_err()
+        claim(&mut c, "rate")[key] = value;
+        refused.at(place, &c);
     };
-    let at = |key: &str, value: Value| changed(&format!("/claims/1/rate/{key}"), value);
-    assert!(
-        at("inverse", json!(1))
-            .contains("claims[1].rate.inverse: invalid type: integer `1`, expected a boolean")
-    );
-    assert!(at("rate", json!(-1.0)).contains("the rate is -1e0, must be at least 0"));
-    assert!(at("X", json!([])).contains("claims[1].rate.X: has 0 entries, must have 1 to 9"));
-    assert!(at("X", json!([[[-1.0]]])).contains("X[0] is not positive definite"));
-    assert!(at("X", json!([[[1.0]], [[1.0, 0.0]]])).contains("claims[1].rate.X[1]: row 0 has 2 numbers"));
+    at("inverse", json!(1), "claims[1].rate.inverse");
+    at("rate", json!(-1.0), "Rate rate");
+    at("X", json!([]), "claims[1].rate.X");
+    at("X", json!([[[-1.0]]]), "Rate X[0]");
+    at("X", json!([[[1.0]], [[1.0, 0.0]]]), "claims[1].rate.X[1]");
     for wrong in [
         json!([-1.0, 0.5]),
         json!([-1.0, 1.0, 1.0]),
@@ -154,22 +147,18 @@ fn names_fields_that_do_not_fit() {
         json!([]),
         json!([-1.0, 0.9, 0.8, 1.0]),
     ] {
-        assert!(at("breakpoints", wrong).contains("breakpoints: must ascend from -1 to 1"));
+        at("breakpoints", wrong, "claims[1].rate.breakpoints");
     }
-    assert!(
-        at("breakpoints", json!([-1.0, 0.0, 1.0])).contains("claims[1].rate.N: has 1 entries, must have 2")
-    );
-    assert!(
-        at("N", json!([[[0.0, 0.0, 0.0, 0.0]]])).contains("claims[1].rate.N[0]: found 1 rows, must have 2")
-    );
+    at("breakpoints", json!([-1.0, 0.0, 1.0]), "claims[1].rate.N");
+    at("N", json!([[[0.0, 0.0, 0.0, 0.0]]]), "claims[1].rate.N[0]");
     let mut skewed = commutator(1.0, 1.1, 64, 0.1);
     claim(&mut skewed, "rate")["X"][1][0][1] = json!(0.5);
-    assert!(prove(&skewed).unwrap_err().contains("X[1] is not symmetric"));
+    refused.at("Rate X[1]", &skewed);
     let mut alone = one_interval(0.75, 0.5);
     let mut with_error = claim(&mut alone, "rate").clone();
     with_error["lambda"] = json!(1.0);
     add(&mut alone, "rate", with_error.clone());
-    assert!(prove(&alone).unwrap_err().starts_with("claims[2].rate: needs one model error in `errors`"));
+    refused.at("claims[2].rate", &alone);
     // The claims with and without model error must have the same rate.
     let mut other = one_interval(0.75, 0.5);
     add_model_error(
@@ -181,15 +170,12 @@ fn names_fields_that_do_not_fit() {
     );
     with_error["rate"] = json!(0.5);
     add(&mut other, "rate", with_error);
-    assert!(
-        prove(&other)
-            .unwrap_err()
-            .starts_with("claims[3].rate.rate: found 0.5, allowed is that of the claim")
-    );
+    refused.at("claims[3].rate.rate", &other);
     let mut two = one_interval(0.75, 0.5);
     two["blocks"] = json!([1, 0]);
     two["controller_blocks"] = json!([0, 1]);
-    assert!(prove(&two).unwrap_err().contains("claims[1].rate: is of 1 parameter"));
+    refused.at("claims[1].rate", &two);
+    insta::assert_snapshot!(refused.0);
 }
 
 /// Certificate of a controller designed for a bounded rate.

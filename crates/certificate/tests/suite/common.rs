@@ -1,7 +1,7 @@
 //! Certificates for the tests: the golden ones, and small ones to check by hand.
 
 use serde_json::{Value, json};
-use squid_certificate::{Certificate, Claim, Gain};
+use squid_certificate::{Certificate, Claim, Failure, Gain, JsonError, Theorem};
 
 /// Names of the golden certificates in `tests/certificates`.
 pub const GOLDEN: [&str; 5] = ["hs04", "lpv01", "lpv03", "remus100", "squid_surrogate"];
@@ -90,8 +90,41 @@ pub fn gain(c: &mut Certificate) -> &mut Gain {
     gains.find(|gain| gain.lambda.is_none()).unwrap()
 }
 
-/// Proves a JSON value; returns the text of the theorem or of the error.
-pub fn prove(value: &Value) -> Result<String, String> {
-    let certificate = Certificate::from_json(&value.to_string()).map_err(|e| e.to_string())?;
-    certificate.prove().map(|t| t.to_string()).map_err(|e| e.to_string())
+/// Proves a JSON value.
+pub fn prove(value: &Value) -> Result<Theorem, Failure> {
+    Certificate::from_json(&value.to_string())?.prove()
+}
+
+/// Returns `true` if a failure is at a path of the file, or of a claim and a part with a word in its name, such as
+/// `Gain gamma`.
+pub fn is_at(failure: &Failure, place: &str) -> bool {
+    match failure {
+        Failure::Json(JsonError { path, .. }) | Failure::Malformed { path, .. } => path == place,
+        Failure::NotWellPosed => false,
+        Failure::Condition { claim, part, .. }
+        | Failure::Structure { claim, part, .. }
+        | Failure::NotDefinite { claim, part, .. } => {
+            part.split(' ').any(|word| format!("{claim:?} {word}") == place)
+        }
+    }
+}
+
+/// Messages of refused certificates, each once.
+#[derive(Default)]
+pub struct Refused(pub String);
+
+impl Refused {
+    /// Asserts the place at which a certificate fails, see [`is_at`].
+    pub fn at(&mut self, place: &str, file: &Value) {
+        self.add(place, &prove(file).unwrap_err());
+    }
+
+    /// Asserts the place of a failure.
+    pub fn add(&mut self, place: &str, failure: &Failure) {
+        assert!(is_at(failure, place), "{place}: {failure}");
+        let message = format!("{failure}\n\n");
+        if !self.0.contains(&message) {
+            self.0 += &message;
+        }
+    }
 }

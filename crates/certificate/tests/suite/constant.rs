@@ -1,8 +1,8 @@
 //! Certificates for a constant parameter: one checked by hand, and the effect of changes of single numbers.
 
-use crate::common::{integrator, prove};
+use crate::common::{Refused, integrator, is_at, prove};
 use serde_json::{Value, json};
-use squid_certificate::{Certificate, Claim};
+use squid_certificate::{Certificate, Claim, ConstantTheorem};
 
 /// Returns the certificate of `x' = delta x/2 + u + w`, `z = y = x`, `u = -y`, hence `x' = (-1 + delta/2) x + w`: the
 /// gain is 2, at delta = 1.
@@ -48,22 +48,19 @@ fn claim(file: &mut Value) -> &mut Value {
     crate::common::claim(file, "constant")
 }
 
+fn proved(file: &Value) -> ConstantTheorem {
+    prove(file).unwrap().constant.unwrap()
+}
+
 #[test]
 fn proves_certificate_checked_by_hand() {
-    let message = prove(&first_order(2.113)).unwrap();
-    assert_eq!(
-        message,
-        "For every measurable trajectory of 0 parameters in [-1, 1], and every constant value of 1 more in [-1, 1], \
-         the closed loop of 1 state, whose controller depends on 0 parameters, is exponentially stable and its L2 gain \
-         from w to z is below 2.113."
-    );
-    let refused = prove(&first_order(2.111)).unwrap_err();
-    assert_eq!(
-        refused,
-        "the claim for constant parameters is not proved: the matrix of the inequality is not shown to be negative \
-         definite"
-    );
-    assert!(prove(&with_error(2.9)).unwrap().contains("1 term E Delta [F Fw Fu] is added"));
+    let theorem = proved(&first_order(2.113));
+    let numbers = |t: &ConstantTheorem| (t.gamma, t.varying, t.constant, t.scheduled, t.states, t.errors);
+    assert_eq!((numbers(&theorem), &theorem.rates), ((2.113, 0, 1, 0, 1, 0), &vec![]));
+    assert!(is_at(&prove(&first_order(2.111)).unwrap_err(), "Constant inequality"));
+    let with_one = proved(&with_error(2.9));
+    assert_eq!(numbers(&with_one), (2.9, 0, 1, 0, 1, 1));
+    insta::assert_snapshot!(format!("{theorem}\n\n{with_one}"));
     assert!(prove(&with_error(2.49)).is_err(), "the gain is 2.5");
     let read = Certificate::from_json(&first_order(3.0).to_string()).unwrap();
     assert_eq!(Certificate::from_json(&read.to_json().unwrap()).unwrap(), read);
@@ -82,22 +79,20 @@ fn slow(gamma: f64, rate: f64) -> Value {
 
 #[test]
 fn proves_bounded_rate_and_no_faster_one() {
-    let message = prove(&slow(2.5, 0.5)).unwrap();
-    assert!(
-        message.contains("every trajectory in [-1, 1] of one more that changes by at most 0.5 a second"),
-        "{message}"
-    );
-    assert!(prove(&slow(2.5, 2.0)).unwrap_err().contains("not shown to be negative definite"));
-    let refused = |file: Value| prove(&file).unwrap_err();
-    assert!(refused(slow(2.5, -0.5)).contains("filters[0].rate"), "{}", refused(slow(2.5, -0.5)));
-    assert!(refused(slow(2.5, 0.0)).contains(".S: "), "{}", refused(slow(2.5, 0.0)));
+    let theorem = proved(&slow(2.5, 0.5));
+    assert_eq!((theorem.constant, &theorem.rates), (0, &vec![0.5]));
+    let mut refused = Refused::default();
+    refused.at("Constant inequality", &slow(2.5, 2.0));
+    refused.at("claims[0].constant.filters[0].rate", &slow(2.5, -0.5));
+    refused.at("claims[0].constant.S", &slow(2.5, 0.0));
     let mut coupled = slow(2.5, 0.5);
     claim(&mut coupled)["S"][2][0] = 0.001.into();
     claim(&mut coupled)["S"][0][2] = 0.001.into();
     assert!(prove(&coupled).is_err(), "the rate is a parameter of its own");
     let mut negative = slow(2.5, 0.5);
     claim(&mut negative)["S"][2][2] = (-0.05).into();
-    assert!(refused(negative).contains("the multiplier of the rate of parameter 0"));
+    refused.at("Constant rate", &negative);
+    insta::assert_snapshot!(format!("{}{theorem}", refused.0));
     let read = Certificate::from_json(&slow(2.5, 0.5).to_string()).unwrap();
     assert_eq!(Certificate::from_json(&read.to_json().unwrap()).unwrap(), read);
 }
@@ -124,18 +119,16 @@ fn two_filters(gamma: f64, rates: [f64; 2]) -> Value {
 
 #[test]
 fn accepts_two_filters_with_one_rate() {
-    let message = prove(&two_filters(2.2, [0.0, 0.0])).unwrap();
-    assert!(message.contains("every constant value of 1 more"), "{message}");
+    let theorem = proved(&two_filters(2.2, [0.0, 0.0]));
+    assert_eq!((theorem.constant, theorem.rates), (1, vec![]));
     assert!(prove(&two_filters(2.0, [0.0, 0.0])).is_err(), "the gain is 2");
-    let message = prove(&two_filters(2.5, [0.5, 0.5])).unwrap();
-    assert!(message.contains("of one more that changes by at most 0.5 a second"), "{message}");
+    let theorem = proved(&two_filters(2.5, [0.5, 0.5]));
+    assert_eq!((theorem.constant, theorem.rates), (0, vec![0.5]));
+    let mut refused = Refused::default();
     for rates in [[0.5, 0.25], [0.0, 0.5]] {
-        let refused = prove(&two_filters(2.5, rates)).unwrap_err();
-        assert!(
-            refused.contains("filters[1].rate") && refused.contains("the rate of the other"),
-            "{refused}"
-        );
+        refused.at("claims[0].constant.filters[1].rate", &two_filters(2.5, rates));
     }
+    insta::assert_snapshot!(refused.0);
     let read = Certificate::from_json(&two_filters(2.5, [0.5, 0.5]).to_string()).unwrap();
     assert_eq!(Certificate::from_json(&read.to_json().unwrap()).unwrap(), read);
 }
@@ -227,40 +220,32 @@ fn numbers(value: &Value, at: &str) -> Vec<String> {
 
 #[test]
 fn names_each_condition() {
-    let refusal = |change: &dyn Fn(&mut Value)| {
+    let mut refused = Refused::default();
+    let mut at = |place: &str, change: &dyn Fn(&mut Value)| {
         let mut file = with_error(2.9);
         change(&mut file);
-        prove(&file).unwrap_err()
+        refused.at(place, &file);
     };
-    let names = |message: &str, change: &dyn Fn(&mut Value)| {
-        let found = refusal(change);
-        assert!(found.contains(message), "{found}");
-    };
-    names("L is not shown to be positive definite", &|f| claim(f)["L"][0][0] = json!(-1.0));
-    names("A'L + LA is not shown to be negative", &|f| f["plant"]["A"][0][0] = json!(1.0));
-    names("the multiplier of parameter 0", &|f| claim(f)["S"][1][1] = json!(-0.1));
-    names("X is not symmetric", &|f| claim(f)["X"][0][1] = json!(0.1));
-    names("T is not skew", &|f| claim(f)["T"][0][0] = json!(0.1));
-    names("the pole of a filter is -1e0", &|f| claim(f)["filters"][0]["pole"] = json!(-1.0));
-    names("lambda is 0e0", &|f| claim(f)["lambdas"][0] = json!(0.0));
-    names("gamma is -2e0", &|f| claim(f)["gamma"] = json!(-2.0));
-    names("filters[0].parameter: found 1", &|f| claim(f)["filters"][0]["parameter"] = json!(1));
-    names("claims[0].constant.filters[0].Y: unknown field `Y`", &|f| {
-        claim(f)["filters"][0]["Y"] = json!([[1.0]])
-    });
-    names("errors[0].E: found 2 rows", &|f| f["errors"][0]["E"] = json!([[1.0], [1.0]]));
-    names("errors[0].F: row 0 has 2 numbers", &|f| f["errors"][0]["F"] = json!([[1.0, 1.0]]));
-    names("X: found 1 rows, must have 3", &|f| claim(f)["X"] = json!([[1.0]]));
-    names("S: found 1 rows, must have 2", &|f| claim(f)["S"] = json!([[1.0]]));
-    names("L: found 0 rows", &|f| claim(f)["L"] = json!([]));
-    names("lambdas: has 2 entries, must have 1 (model errors)", &|f| claim(f)["lambdas"] = json!([1.0, 1.0]));
-    names("is of plants without a direct path", &|f| f["plant"]["D22"] = json!([[1.0]]));
-    names("filters: invalid type: floating point `1.0`, expected a list", &|f| {
-        claim(f)["filters"] = json!(1.0)
-    });
-    names("claims[0].constant.poles: unknown field `poles`", &|f| claim(f)["poles"] = json!(1.0));
+    at("Constant L", &|f| claim(f)["L"][0][0] = json!(-1.0));
+    at("Constant A'L", &|f| f["plant"]["A"][0][0] = json!(1.0));
+    at("Constant multiplier", &|f| claim(f)["S"][1][1] = json!(-0.1));
+    at("Constant X", &|f| claim(f)["X"][0][1] = json!(0.1));
+    at("Constant T", &|f| claim(f)["T"][0][0] = json!(0.1));
+    at("Constant pole", &|f| claim(f)["filters"][0]["pole"] = json!(-1.0));
+    at("Constant lambda", &|f| claim(f)["lambdas"][0] = json!(0.0));
+    at("Constant gamma", &|f| claim(f)["gamma"] = json!(-2.0));
+    at("claims[0].constant.filters[0].parameter", &|f| claim(f)["filters"][0]["parameter"] = json!(1));
+    at("claims[0].constant.filters[0].Y", &|f| claim(f)["filters"][0]["Y"] = json!([[1.0]]));
+    at("errors[0].E", &|f| f["errors"][0]["E"] = json!([[1.0], [1.0]]));
+    at("errors[0].F", &|f| f["errors"][0]["F"] = json!([[1.0, 1.0]]));
+    at("claims[0].constant.X", &|f| claim(f)["X"] = json!([[1.0]]));
+    at("claims[0].constant.S", &|f| claim(f)["S"] = json!([[1.0]]));
+    at("claims[0].constant.L", &|f| claim(f)["L"] = json!([]));
+    at("claims[0].constant.lambdas", &|f| claim(f)["lambdas"] = json!([1.0, 1.0]));
+    at("claims[0].constant", &|f| f["plant"]["D22"] = json!([[1.0]]));
+    at("claims[0].constant.filters", &|f| claim(f)["filters"] = json!(1.0));
+    at("claims[0].constant.poles", &|f| claim(f)["poles"] = json!(1.0));
     let other = integrator(1.25)["claims"][0].clone();
-    names("claims[0].constant: is a claim that stands alone", &|f| {
-        f["claims"].as_array_mut().unwrap().push(other.clone());
-    });
+    at("claims[0].constant", &|f| f["claims"].as_array_mut().unwrap().push(other.clone()));
+    insta::assert_snapshot!(refused.0);
 }

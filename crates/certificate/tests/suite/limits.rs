@@ -1,8 +1,8 @@
 //! Claim with limits, on a loop that can be checked by hand, and by another route on that of Squid.
 
-use crate::common::{add, add_model_error, claim, prove, remove};
+use crate::common::{Refused, add, add_model_error, claim, prove, remove};
 use serde_json::{Value, json};
-use squid_certificate::Certificate;
+use squid_certificate::{Certificate, LimitTheorem};
 
 /// Returns the certificate of `x' = -a x + u`, `y = r - x`, `u = y`, `|u| <= 1`: with e = u - H x the form is, in x and
 /// phi, apart from its terms in r, `[(alpha - 2 (1 + a)) X, *; -X - 2 U (1 + H), -4 U]`. A step r is held by
@@ -50,28 +50,27 @@ fn with(mut c: Value, key: &str, value: Value) -> Value {
 #[test]
 fn loop_by_hand() {
     let theorem = prove(&integrator()).unwrap();
-    assert!(theorem.contains("a step of at most 0.4 from rest at input 0, behind the filters"), "{theorem}");
-    assert!(theorem.ends_with("exponentially, within its region: x'Xx decays with the rate 1."), "{theorem}");
+    let expected =
+        LimitTheorem { input: 0, size: 0.4, decay: 1.0, delta_rows: None, rates: 0, everywhere: false };
+    assert_eq!(theorem.limits, Some(expected));
+    let mut refused = Refused::default();
     // Values are accepted up to their bounds, and no further.
-    for (key, true_, false_, refusal) in [
-        ("U", json!([1.26]), json!([1.25]), "the matrix of the inequality"),
-        ("beta", json!([1.24]), json!([1.26]), "[X h'; h limit^2/(4 beta)] of limit 0"),
-        ("beta", json!([0.81]), json!([0.79]), "a step of 4e-1 takes x'Xx to beta"),
-        ("H", json!([[-1.1]]), json!([[-1.12]]), "[X h'; h limit^2/(4 beta)] of limit 0"),
-        ("X", json!([[6.2]]), json!([[6.3]]), "a step of 4e-1 takes x'Xx to beta"),
-        ("X", json!([[4.1]]), json!([[3.9]]), "[X h'; h limit^2/(4 beta)] of limit 0"),
-        ("size", json!(0.44), json!(0.45), "a step of 4.5e-1 takes x'Xx to beta"),
-        ("limits", json!([0.9]), json!([0.89]), "[X h'; h limit^2/(4 beta)] of limit 0"),
-        ("decay", json!(1.3), json!(1.4), "the matrix of the inequality"),
+    for (key, true_, false_, place) in [
+        ("U", json!([1.26]), json!([1.25]), "Limits inequality"),
+        ("beta", json!([1.24]), json!([1.26]), "Limits limit"),
+        ("beta", json!([0.81]), json!([0.79]), "Limits size"),
+        ("H", json!([[-1.1]]), json!([[-1.12]]), "Limits limit"),
+        ("X", json!([[6.2]]), json!([[6.3]]), "Limits size"),
+        ("X", json!([[4.1]]), json!([[3.9]]), "Limits limit"),
+        ("size", json!(0.44), json!(0.45), "Limits size"),
+        ("limits", json!([0.9]), json!([0.89]), "Limits limit"),
+        ("decay", json!(1.3), json!(1.4), "Limits inequality"),
     ] {
         let unpacked = |v: &Value| if key == "beta" { v[0].clone() } else { v.clone() };
         assert!(prove(&with(integrator(), key, unpacked(&true_))).is_ok(), "{key} {true_}");
-        let found = prove(&with(integrator(), key, unpacked(&false_))).unwrap_err();
-        assert!(
-            found.contains(refusal) && found.starts_with("the claim with limits is not proved"),
-            "{found}"
-        );
+        refused.at(place, &with(integrator(), key, unpacked(&false_)));
     }
+    insta::assert_snapshot!(format!("{}{theorem}", refused.0));
 }
 
 /// Checks a = 1, where H may be 0: the limit may be reached, and the claim holds from every state.
@@ -86,16 +85,14 @@ fn claim_holds_from_every_state() {
             }),
         )
     };
-    assert!(prove(&everywhere(1.0)).unwrap().contains("exponentially, from every state"));
+    let theorem = prove(&everywhere(1.0)).unwrap();
+    assert!(theorem.limits.unwrap().everywhere);
+    let mut refused = Refused::default();
     // The decay rate of a limited integrator is bounded.
-    assert!(
-        prove(&everywhere(0.0))
-            .unwrap_err()
-            .contains("the matrix of the inequality is not negative definite")
-    );
+    refused.at("Limits inequality", &everywhere(0.0));
     // The held step uses 0.9/2 of the limit; a step of 1.1 would use more than half.
-    let found = prove(&with(with(everywhere(1.0), "size", json!(1.1)), "X", json!([[3.0]]))).unwrap_err();
-    assert!(found.contains("more than half of limit 0"), "{found}");
+    refused.at("Limits size", &with(with(everywhere(1.0), "size", json!(1.1)), "X", json!([[3.0]])));
+    insta::assert_snapshot!(format!("{}{theorem}", refused.0));
 }
 
 /// Checks the integrator with a limit on its rate as well as its command. With H = -1 for both, `x' = -x - phi - psi`
@@ -112,101 +109,66 @@ fn rate_limit_by_hand() {
         with(saturated(0.0, limits), key, value)
     };
     let theorem = prove(&by_rate("rates", json!([0]))).unwrap();
-    assert!(
-        theorem.contains("limits in the file and the rate of 1 state of the plant limited, anti-windup"),
-        "{theorem}"
-    );
-    for (key, value, refusal) in [
-        ("U", json!([1.33, 2.0]), "the matrix of the inequality is not negative definite"),
-        ("U", json!([1.34, 0.0]), "S is not positive definite"),
-        ("limits", json!([1.0, 0.89]), "[X h'; h limit^2/(4 beta)] of limit 1"),
-        ("limits", json!([1.0, -1.0]), "a limit is -1e0, must be above 0"),
-        ("u_held", json!([0.0, 2.0]), "the matrix of the inequality is not negative definite"),
-        ("rates", json!([]), "claims[2].limits.H: found 2 rows, must have 1 (controls u and rates)"),
-        (
-            "rates",
-            json!([1]),
-            "claims[2].limits.rates[0]: found 1, allowed is a state of the plant that the loop moves",
-        ),
-        (
-            "rates",
-            json!([0, 0]),
-            "claims[2].limits.rates[1]: found 0, allowed is a state of the plant that the loop moves",
-        ),
-        (
-            "rates",
-            json!([0.5]),
-            "claims[2].limits.rates[0]: invalid type: floating point `0.5`, expected a whole number from 0",
-        ),
+    assert_eq!(theorem.limits.unwrap().rates, 1);
+    let mut refused = Refused::default();
+    for (key, value, place) in [
+        ("U", json!([1.33, 2.0]), "Limits inequality"),
+        ("U", json!([1.34, 0.0]), "Limits S"),
+        ("limits", json!([1.0, 0.89]), "Limits limit"),
+        ("limits", json!([1.0, -1.0]), "Limits limit"),
+        ("u_held", json!([0.0, 2.0]), "Limits inequality"),
+        ("rates", json!([]), "claims[2].limits.H"),
+        ("rates", json!([1]), "claims[2].limits.rates[0]"),
+        ("rates", json!([0, 0]), "claims[2].limits.rates[1]"),
+        ("rates", json!([0.5]), "claims[2].limits.rates[0]"),
     ] {
-        let found = prove(&by_rate(key, value.clone())).unwrap_err();
-        assert!(found.contains(refusal), "{key} {value}: {found}");
+        refused.at(place, &by_rate(key, value));
     }
     let mut moved = by_rate("rates", json!([0]));
     moved["errors"][0]["E"] = json!([[0.1]]);
-    let found = prove(&moved).unwrap_err();
-    assert!(
-        found.ends_with("a state of the plant that the loop moves and Delta does not, each once"),
-        "{found}"
-    );
+    refused.at("claims[2].limits.rates[0]", &moved);
+    insta::assert_snapshot!(format!("{}{theorem}", refused.0));
 }
 
 #[test]
 fn names_invalid_input_in_one_sentence() {
-    for (key, value, message) in [
-        ("limits", json!([-1.0]), "the claim with limits is not proved: a limit is -1e0, must be above 0"),
-        (
-            "limits",
-            json!([1.0, 1.0]),
-            "claims[2].limits.limits: has 2 entries, must have 1 (controls u and rates)",
-        ),
-        ("beta", json!(0.0), "the claim with limits is not proved: beta is 0e0, must be above 0"),
-        ("size", json!(-0.4), "the claim with limits is not proved: size is -4e-1, must be above 0"),
-        ("decay", json!(0.0), "the claim with limits is not proved: decay is 0e0, must be above 0"),
-        ("lambda", json!(-1.0), "the claim with limits is not proved: lambda is -1e0, must be above 0"),
-        ("X", json!([[-5.0]]), "the claim with limits is not proved: X is not positive definite"),
-        ("U", json!([-2.0]), "the claim with limits is not proved: S is not positive definite"),
-        ("U", json!([]), "claims[2].limits.U: has 0 entries, must have 1 (controls u and rates)"),
-        (
-            "H",
-            json!([[1.0, 2.0]]),
-            "claims[2].limits.H: row 0 has 2 numbers, must have 1 (states of the loop with limits)",
-        ),
-        ("input", json!(1), "claims[2].limits.input: found 1, must be below 1, the number of inputs w"),
-        ("more", json!(1), "claims[2].limits.more: unknown field `more`"),
+    let mut refused = Refused::default();
+    for (key, value, place) in [
+        ("limits", json!([-1.0]), "Limits limit"),
+        ("limits", json!([1.0, 1.0]), "claims[2].limits.limits"),
+        ("beta", json!(0.0), "Limits beta"),
+        ("size", json!(-0.4), "Limits size"),
+        ("decay", json!(0.0), "Limits decay"),
+        ("lambda", json!(-1.0), "Limits lambda"),
+        ("X", json!([[-5.0]]), "Limits X"),
+        ("U", json!([-2.0]), "Limits S"),
+        ("U", json!([]), "claims[2].limits.U"),
+        ("H", json!([[1.0, 2.0]]), "claims[2].limits.H"),
+        ("input", json!(1), "claims[2].limits.input"),
+        ("more", json!(1), "claims[2].limits.more"),
     ] {
-        let found = prove(&with(integrator(), key, value)).unwrap_err();
-        assert!(found.starts_with(message) && !found.contains('\n'), "{found}");
+        refused.at(place, &with(integrator(), key, value));
     }
     let mut alone = integrator();
     alone.as_object_mut().unwrap().remove("errors");
     for path in ["claims[1].gain", "claims[0].limits"] {
-        assert_eq!(
-            prove(&alone).unwrap_err(),
-            format!(
-                "{path}: needs one model error in `errors`, and the claim `gain` with lambda, which covers it"
-            )
-        );
+        refused.at(path, &alone);
         remove(&mut alone, "gain");
     }
     let mut direct = integrator();
     direct["plant"]["D22"] = json!([[0.5]]);
-    assert!(
-        prove(&direct)
-            .unwrap_err()
-            .starts_with("claims[2].limits: is of plants without a direct path from u to y")
-    );
+    refused.at("claims[2].limits", &direct);
+    insta::assert_snapshot!(refused.0);
 }
 
-/// Checks that the theorem does not mention limits without the claim.
 #[test]
 fn other_claims_stand_without_limits() {
     let mut without = integrator();
     remove(&mut without, "limits");
-    assert!(!prove(&without).unwrap().contains("limits"));
+    assert_eq!(prove(&without).unwrap().limits, None);
     let mut discrete = integrator();
     discrete["discrete"] = json!(true);
-    assert!(prove(&discrete).unwrap_err().starts_with("claims[1].gain: is of a loop in continuous time"));
+    Refused::default().at("claims[1].gain", &discrete);
 }
 
 /// Returns the integrator with a filter `x_f' = -x_f + r` from the reference to y, and the direct and filtered parts
@@ -232,18 +194,16 @@ fn filtered(direct: f64, of_filter: f64) -> Value {
 #[test]
 fn rejects_step_removed_with_a_filter() {
     assert!(prove(&filtered(1.0, 0.5)).is_ok(), "{:?}", prove(&filtered(1.0, 0.5)));
+    let mut refused = Refused::default();
     for (direct, size) in [(0.0, 1e9), (1e-9, 0.4e9), (2.0, 0.2)] {
         let mut crafted = with(filtered(direct, 0.5), "size", json!(size));
         for key in ["x_held", "u_held"] {
             let held = &mut claim(&mut crafted, "limits")[key][0];
             *held = json!(direct * held.as_f64().unwrap());
         }
-        let found = prove(&crafted).unwrap_err();
-        assert!(
-            found.starts_with("claims[2].limits.input: found 0, allowed is an input w whose step is a jump"),
-            "{found}"
-        );
+        refused.at("claims[2].limits.input", &crafted);
     }
+    insta::assert_snapshot!(refused.0);
 }
 
 /// Checks that the step may reach only one y of a loop with two states and another y: directly, and additionally

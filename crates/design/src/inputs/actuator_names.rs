@@ -156,12 +156,10 @@ mod tests {
             ("trim_upper_port", "trim_upper_port"),
         ] {
             vehicle.actuators[2].name = name.to_owned();
-            let message = check(&vehicle, "v.toml").unwrap_err().to_string();
-            assert!(
-                message.starts_with(&format!("v.toml: an actuator cannot be called '{name}'")),
-                "{message}"
-            );
-            assert!(message.contains(&format!("'{reserved_name}'")), "{message}");
+            let error = check(&vehicle, "v.toml").unwrap_err();
+            let InputError::ActuatorName { actuator, name: found, .. } = &error else { panic!("{error}") };
+            assert_eq!((actuator.as_str(), found.as_str()), (name, reserved_name));
         }
+        insta::assert_snapshot!(check(&vehicle, "v.toml").unwrap_err());
     }
 }

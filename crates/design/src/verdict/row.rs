@@ -212,6 +212,6 @@ mod tests {
             outcome: Outcome::Missed,
             advice: None,
         };
-        assert_eq!(row.found(), "not within the flight");
+        insta::assert_snapshot!(row.found());
     }
 }

@@ -13,6 +13,7 @@ use squid_lpv::partition::Group::{U, W, X};
 use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::polynomial::MatrixPolynomial;
 use squid_proof::claim::parse;
+use squid_proof::error::ProofError;
 use squid_proof::same_plant::NEAREST_POLE;
 
 /// Matrix `[A B1 B2]` at rho.
@@ -71,7 +72,11 @@ fn rejects_ball_without_slope() {
     let residual = fit_residual(vehicle, file, &model).unwrap();
     residual.check(&ball, held).unwrap();
     assert!(residual.check(&ball, Some(2)).is_err(), "[A B] has more rows than two");
-    let refusal = |ball: &ModelError| residual.check(ball, held).unwrap_err().to_string();
+    let reach = |ball: &ModelError| {
+        let error = residual.check(ball, held).unwrap_err();
+        let ProofError::Ball { reach } = error else { panic!("{error}") };
+        reach
+    };
     let mut smaller = ball.clone();
     smaller
         .fw
@@ -80,15 +85,20 @@ fn rejects_ball_without_slope() {
         .chain(&mut smaller.fu)
         .flatten()
         .for_each(|entry| *entry *= 0.99);
-    assert!(refusal(&smaller).contains("reach 1.0101 times"), "{}", refusal(&smaller));
+    assert!((reach(&smaller).unwrap() - 1.0 / 0.99).abs() < 1e-4, "{:?}", reach(&smaller));
     let without = ModelError { fw: vec![], ..ball.clone() };
-    assert!(refusal(&without).contains("do not form a ball"), "{}", refusal(&without));
+    assert_eq!(reach(&without), None);
     let mut blind = ball.clone();
     blind.fw.iter_mut().flatten().for_each(|entry| *entry = 0.0);
-    assert!(refusal(&blind).contains("do not form a ball"), "{}", refusal(&blind));
+    assert_eq!(reach(&blind), None);
     let mut flat = ball;
     flat.e.iter_mut().skip(file.states.len()).flatten().for_each(|entry| *entry = 0.0);
-    assert!(refusal(&flat).contains("do not form a ball"), "{}", refusal(&flat));
+    assert_eq!(reach(&flat), None);
+    insta::assert_snapshot!(format!(
+        "{}\n\n{}",
+        ProofError::Ball { reach: None },
+        ProofError::Ball { reach: Some(1.0101) }
+    ));
 }
 
 /// Fits over other ranges and orders, down to rest, have no pole near the range, at most as many channels as the order,

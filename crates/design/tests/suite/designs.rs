@@ -1,5 +1,6 @@
 //! Designs of the shipped vehicles, each computed once.
 
+use squid_auv::toml_file::{FileError, Mistake};
 use squid_base::progress::Progress;
 use squid_design::augment::augment;
 use squid_design::certify::certify;
@@ -91,4 +92,12 @@ pub fn made(name: &'static str) -> &'static Made {
     let cell: &'static OnceLock<Made> =
         MADE.lock().unwrap().entry(name).or_insert_with(|| Box::leak(Box::default()));
     cell.get_or_init(|| Made::of(inputs(name)))
+}
+
+/// Checks line and key of the only mistake in a file, and returns its message below what caused it.
+#[track_caller]
+pub fn message(what: &str, error: &FileError, place: (usize, &str)) -> String {
+    let [Mistake { line, problem }] = &error.mistakes[..] else { panic!("{error}") };
+    assert_eq!((*line, problem.key().unwrap_or_default()), place, "{error}");
+    format!("{what}:\n{problem}")
 }

@@ -3,11 +3,12 @@
 use crate::designs::inputs;
 use nalgebra::Complex;
 use proptest::prelude::*;
-use squid_auv::{Parameter, linearise};
+use squid_auv::{CoefficientError, Parameter, TrimError, linearise};
 use squid_design::augment::{LinearModel, augment};
 use squid_design::axis::Linearisation;
 use squid_design::certify::controller_of;
 use squid_design::check::frozen_controller;
+use squid_design::error::{Error, UncertainError};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::linearise::stacked;
@@ -309,32 +310,39 @@ fn with_uncertain(coefficients: &[(&str, f64)]) -> Inputs {
 #[test]
 fn rejects_uncertainty_without_lft() {
     let refused = |coefficients: &[(&str, f64)]| {
-        let inputs = with_uncertain(coefficients);
-        at_speed(&inputs, 0.5).unwrap_err().to_string()
+        let error = at_speed(&with_uncertain(coefficients), 0.5).unwrap_err();
+        let Error::Uncertain(reason) = error else { panic!("{error}") };
+        reason
     };
-    let begins = [
-        (
-            refused(&[("length", 0.5)]),
-            "[uncertainty]: 'length' does not enter the equations of motion linearly (relative error ",
-        ),
-        (
-            refused(&[("density", 100.0), ("wetted_area", 0.3), ("form_factor", 0.2)]),
-            "[uncertainty]: three of the coefficients are multiplied together (relative error ",
-        ),
-        (
-            refused(&[("I_yy", 16.0), ("M_q_dot", 12.2), ("z_G", 0.5)]),
-            "[uncertainty]: with every coefficient at an end of its range, the mass matrix",
-        ),
-        (
-            refused(&[("weight", 250.0)]),
-            "[uncertainty]: with every coefficient at an end of its range there is no trim: no level trim at 0.5 m/s",
-        ),
-    ];
-    for (message, beginning) in begins {
-        assert!(message.starts_with(beginning), "{message}\n{beginning}");
-    }
+    let not_affine = refused(&[("length", 0.5)]);
+    let UncertainError::NotAffine { name, error } = not_affine else { panic!("{not_affine}") };
+    assert!(name == "length" && error > 0.0, "{name} {error}");
+    let three = refused(&[("density", 100.0), ("wetted_area", 0.3), ("form_factor", 0.2)]);
+    assert!(matches!(three, UncertainError::ThreeMultiply { error } if error > 0.0), "{three}");
+    let corner = refused(&[("I_yy", 16.0), ("M_q_dot", 12.2), ("z_G", 0.5)]);
+    let matrix = |reason: &_| matches!(reason, CoefficientError::MassMatrixNotPositiveDefinite { .. });
+    assert!(matches!(&corner, UncertainError::Corner { reason } if matrix(reason)), "{corner}");
+    let heavy = refused(&[("weight", 250.0)]);
+    let UncertainError::NoTrim { reason: TrimError::NotFound { speed, .. } } = heavy else {
+        panic!("{heavy}")
+    };
+    assert_eq!(speed, 0.5);
     let mut nothing = with_uncertain(&[]);
     nothing.design.uncertainty = None;
-    let message = at_speed(&nothing, 1.0).unwrap_err().to_string();
-    assert!(message.starts_with("the design design.toml declares no uncertainty"), "{message}");
+    let nothing = at_speed(&nothing, 1.0).unwrap_err();
+    assert!(matches!(nothing, Error::Uncertain(UncertainError::NothingUncertain { .. })), "{nothing}");
+    let messages = [
+        UncertainError::NotAffine { name, error: 0.01 }.to_string(),
+        UncertainError::ThreeMultiply { error: 0.01 }.to_string(),
+        UncertainError::Corner {
+            reason: CoefficientError::MassMatrixNotPositiveDefinite {
+                numbers: "mass, I_yy",
+                least_eigenvalue: -1.0,
+            },
+        }
+        .to_string(),
+        UncertainError::NoTrim { reason: TrimError::NoLateral }.to_string(),
+        nothing.to_string(),
+    ];
+    insta::assert_snapshot!(messages.join("\n\n"));
 }

@@ -77,3 +77,16 @@ impl<M: Model> Flight<M> {
         }
     }
 }
+
+/// Returns a text with its digits masked, for snapshots of computed numbers.
+pub fn masked(text: &str) -> String {
+    let mut found = String::new();
+    for c in text.chars() {
+        match c {
+            '0'..='9' if found.ends_with('#') => {}
+            '0'..='9' => found.push('#'),
+            _ => found.push(c),
+        }
+    }
+    found
+}

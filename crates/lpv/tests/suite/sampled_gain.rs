@@ -5,6 +5,7 @@ use crate::common;
 use nalgebra::dmatrix;
 use squid_lpv::analysis::Exogenous::{Any, Held};
 use squid_lpv::analysis::{SampledGain, sampled_gain};
+use squid_lpv::error::SystemError;
 use squid_lpv::matrix::{Mat, block, symmetric_function};
 use squid_lpv::partition::Group::{U, W, X, Y, Z};
 use squid_lpv::plant::GeneralisedPlant;
@@ -222,15 +223,20 @@ fn zero_and_direct_gains_are_bounded() {
 #[test]
 fn plants_and_controllers_that_do_not_fit_are_rejected() {
     let (plant, k, time) = stiff();
-    let refused = |plant: &GeneralisedPlant, k: &StateSpace, time| {
-        sampled_gain(plant, k, time, Any).unwrap_err().to_string()
+    let mut messages = String::new();
+    let mut refused = |plant: &GeneralisedPlant, k: &StateSpace, time| {
+        let error = sampled_gain(plant, k, time, Any).unwrap_err();
+        messages += &format!("{error}\n");
+        error
     };
-    assert_eq!(refused(&plant, &k, 0.0), "the sample time is 0; it must be above 0 and finite");
+    assert_eq!(refused(&plant, &k, 0.0), SystemError::SampleTime { found: 0.0 });
     let wide = StateSpace { d: Mat::zeros(1, 3), ..k.clone() };
-    assert_eq!(refused(&plant, &wide, time), "D of the controller is 1 x 3, it must be 1 x 2");
+    let error = refused(&plant, &wide, time);
+    assert!(matches!(error, SystemError::Shape { found: (1, 3), expected: (1, 2), .. }), "{error}");
     let mut parts = plant.parts.clone();
     parts.block_mut(Y, U)[0] = 0.1;
-    assert!(refused(&GeneralisedPlant { parts, blocks: vec![] }, &k, time).contains("D22"));
+    assert_eq!(refused(&GeneralisedPlant { parts, blocks: vec![] }, &k, time), SystemError::DirectPath);
     let scheduled = common::plant(&common::case("lpv05_one_param_lossless"));
-    assert!(refused(&scheduled, &k, time).contains("freeze it at a value first"));
+    assert_eq!(refused(&scheduled, &k, time), SystemError::Scheduled { channels: 2 });
+    insta::assert_snapshot!(messages);
 }

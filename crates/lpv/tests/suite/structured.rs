@@ -3,6 +3,7 @@
 use crate::common;
 use nalgebra::dmatrix;
 use squid_lpv::controller::Controller;
+use squid_lpv::error::SynthesisError;
 use squid_lpv::matrix::Mat;
 use squid_lpv::partition::Group::{T, U, W, X, Y, Z};
 use squid_lpv::plant::GeneralisedPlant;
@@ -109,8 +110,9 @@ fn structures_without_a_stabilising_gain_are_rejected() {
     let plant = GeneralisedPlant::new(vec![], &blocks).unwrap();
     let structure = Structure::full(&plant, 0);
     let error = minimax(&plant, &structure, &[0.0], 4).unwrap_err();
-    assert!(!error.is_infeasible() && error.to_string().contains("4 starts found no gains"), "{error}");
-    // One state suffices.
+    assert!(matches!(error, SynthesisError::Numerical { .. }), "{error}");
+    insta::assert_snapshot!(error);
+    // One state is enough.
     let structure = Structure::full(&plant, 1);
     let tuned = minimax(&plant, &structure, &vec![0.0; structure.gains()], 4).unwrap();
     assert!(tuned.frozen_gain.is_finite());

@@ -164,7 +164,7 @@ mod tests {
         let (legend, rows) = figure.legend(f64::from(SMALL.0), 20);
         assert_eq!(rows, 6, "{legend}: the one without a name takes none");
         assert!(!legend.contains("& "), "escaped");
-        assert_eq!(wrapped("one two three", 8), ["one two", "three"]);
+        assert_eq!(wrapped("1 2 345", 4), ["1 2", "345"]);
         assert!(figure.file("t").starts_with("<svg xmlns"));
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::example::{self, HEAVE, PITCH, RATE, SPEED};
 use proptest::prelude::*;
-use squid_scheduled::{ControllerDesign, Kind, Level};
+use squid_scheduled::{ControllerDesign, DesignError, Kind, Level};
 use squid_signals::Curve;
 
 #[test]
@@ -43,17 +43,14 @@ fn optional_keys_are_omitted_and_read_back() {
     design.reference_filter = Some(0.3);
     let json = design.to_json().unwrap();
     assert_eq!(ControllerDesign::from_json(&json).unwrap(), design);
-    for (from, to, expected) in [
-        ("squid-controller/1", "squid-controller/2", "format is 'squid-controller/2', but only"),
-        ("\"measurement\"", "\"integral\"", "unknown variant `integral`"),
-        ("\"signal\"", "\"name\"", "unknown field `name`"),
-        ("\"kind\": \"reference\",", "", "missing field `kind`"),
-    ] {
-        let wrong = json.replacen(from, to, 1);
-        assert_ne!(wrong, json);
-        let message = ControllerDesign::from_json(&wrong).unwrap_err().to_string();
-        assert!(message.contains(expected), "{message}");
-    }
+    let messages: String =
+        [("\"measurement\"", "\"integral\""), ("\"signal\"", "\"name\""), ("\"kind\": \"reference\",", "")]
+            .map(|(from, to)| unreadable(&json, from, to))
+            .concat();
+    let later = json.replacen("squid-controller/1", "squid-controller/2", 1);
+    let error = ControllerDesign::from_json(&later).unwrap_err();
+    assert_eq!(key(&error), "format");
+    insta::assert_snapshot!(messages + &error.to_string());
 }
 
 #[test]
@@ -79,22 +76,46 @@ fn keeps_brackets_in_names() {
     assert_eq!(ControllerDesign::from_json(&design.to_json().unwrap()).unwrap(), design);
 }
 
-/// Changes the design and asserts that the message names the key.
-#[track_caller]
-fn assert_rejected(change: impl FnOnce(&mut ControllerDesign), expected: &str) {
-    assert_design_rejected(example::design(), change, expected);
+/// Returns the path of the key in the JSON file, if the error has one.
+pub fn key(error: &DesignError) -> &str {
+    match error {
+        DesignError::BadNumber { key, .. }
+        | DesignError::BadText { key, .. }
+        | DesignError::NameTaken { key, .. }
+        | DesignError::WrongLength { key, .. }
+        | DesignError::EmptyRange { key, .. }
+        | DesignError::TrimBeyondLimits { key, .. } => key,
+        DesignError::Empty { key } | DesignError::NotIncreasing { key, .. } => key,
+        DesignError::WrongFormat { .. } => "format",
+        DesignError::SeveralParameters { .. } => "lft.blocks",
+        DesignError::SchedulingMismatch { .. } => "scheduling",
+        DesignError::TrimTooShort { .. } => "trim.speed",
+        DesignError::TooFast { .. } => "sample_time",
+        DesignError::Json(_) => "",
+    }
 }
 
-#[track_caller]
-fn assert_design_rejected(
-    mut design: ControllerDesign,
-    change: impl FnOnce(&mut ControllerDesign),
-    expected: &str,
-) {
-    change(&mut design);
-    let message = design.validate().unwrap_err().to_string();
-    assert!(message.contains(expected), "{message}");
-    assert!(design.to_json().is_err());
+/// Messages of changes that make a design invalid.
+pub struct Rejected {
+    pub design: ControllerDesign,
+    pub messages: String,
+}
+
+impl Rejected {
+    pub fn new(design: ControllerDesign) -> Self {
+        Self { design, messages: String::new() }
+    }
+
+    /// Changes the design and asserts the key of the error.
+    #[track_caller]
+    pub fn at(&mut self, expected: &str, change: impl FnOnce(&mut ControllerDesign)) {
+        let mut design = self.design.clone();
+        change(&mut design);
+        let error = design.validate().unwrap_err();
+        assert_eq!(key(&error), expected, "{error}");
+        assert!(design.to_json().is_err());
+        self.messages += &format!("{error}\n");
+    }
 }
 
 /// Returns the trim of the pitch.
@@ -104,129 +125,98 @@ fn column(design: &mut ControllerDesign) -> &mut Vec<f64> {
 
 #[test]
 fn rejects_invalid_signals() {
-    assert_rejected(|d| d.signals.clear(), "signals is empty");
-    assert_rejected(|d| d.signals[3].name = "a b".to_owned(), "signals[3].name is 'a b'");
-    assert_rejected(
-        |d| d.signals[3].name = "pitch_reference".to_owned(),
-        "signals[3].name is 'pitch_reference', which occurs twice",
-    );
-    assert_rejected(
-        |d| d.signals.swap(2, 3),
-        "signals[3].name is 'depth', but must be before the signals without",
-    );
-    assert_rejected(
-        |d| d.signals[2].level = Level::Scheduled,
-        "signals[2].level is 'scheduled', but must be the level",
-    );
-    assert_rejected(
-        |d| d.signals[1].level = Level::Zero,
-        "scheduling.quantity is 'speed', but must be the signal with",
-    );
-    assert_rejected(|d| d.signals[4].nominal = 0.0, "signals[4].nominal is 0");
-    assert_rejected(|d| d.signals[0].range = Some([1.0, -1.0]), "signals[0].range ranges from 1 to -1");
-    assert_rejected(
-        |d| drop(d.trim.signals.insert("yaw".to_owned(), vec![0.0; 3])),
-        "trim.signals is 'yaw', but must be 'pitch' or 'heave'",
-    );
+    let mut rejected = Rejected::new(example::design());
+    rejected.at("signals", |d| d.signals.clear());
+    rejected.at("signals[3].name", |d| d.signals[3].name = "a b".to_owned());
+    rejected.at("signals[3].name", |d| d.signals[3].name = "pitch_reference".to_owned());
+    rejected.at("signals[3].name", |d| d.signals.swap(2, 3));
+    rejected.at("signals[2].level", |d| d.signals[2].level = Level::Scheduled);
+    rejected.at("scheduling.quantity", |d| d.signals[1].level = Level::Zero);
+    rejected.at("signals[4].nominal", |d| d.signals[4].nominal = 0.0);
+    rejected.at("signals[0].range", |d| d.signals[0].range = Some([1.0, -1.0]));
+    rejected.at("trim.signals", |d| drop(d.trim.signals.insert("yaw".to_owned(), vec![0.0; 3])));
+    insta::assert_snapshot!(rejected.messages);
 }
 
 #[test]
 fn rejects_invalid_designs() {
-    assert_rejected(|d| d.sample_time = 0.0, "sample_time is 0");
-    assert_rejected(|d| d.sample_time = f64::NAN, "sample_time is NaN");
-    assert_rejected(|d| d.sample_time = 1e-300, "must be finite and at least 1e-5");
-    assert_rejected(|d| d.sample_time = f64::INFINITY, "sample_time is inf");
-    assert_rejected(|d| d.scheduling.quantity = "depth".to_owned(), "scheduling.quantity is 'depth'");
-    assert_rejected(|d| d.scheduling.maximum = 0.4, "scheduling ranges from 0.5 to 0.4");
-    assert_rejected(|d| d.scheduling.centre = 1.7, "0.5 m/s gives rho");
-    assert_rejected(|d| d.controller_inputs.clear(), "controller_inputs is empty");
-    assert_rejected(
-        |d| d.controller_inputs[1].signal = "yaw".to_owned(),
-        "controller_inputs[1].signal is 'yaw'",
-    );
-    assert_rejected(|d| d.controller_inputs[0].unit = "deg".to_owned(), "controller_inputs[0].unit is 'deg'");
-    assert_rejected(|d| d.controller_inputs[0].scale = -1.0, "controller_inputs[0].scale is -1");
-    assert_rejected(
-        |d| d.controller_inputs[1] = d.controller_inputs[0].clone(),
-        "controller_inputs[1].signal is 'pitch', which occurs twice",
-    );
-    assert_rejected(|d| d.actuators.clear(), "actuators is empty");
-    assert_rejected(|d| d.actuators[1].name = "thruster_1".to_owned(), "actuators[1].name is 'thruster_1'");
-    assert_rejected(|d| d.actuators[1].name = "a b".to_owned(), "actuators[1].name is 'a b'");
-    assert_rejected(|d| d.actuators[2].minimum = 100.0, "actuators[2] ranges from 100 to 100");
-    assert_rejected(|d| d.lft.blocks = vec![1, 1], "lft.blocks has 2 parameters");
-    assert_rejected(|d| d.lft.blocks = vec![3], "lft.Bt[0] has 2 entries, but must have 3");
-    assert_rejected(|d| d.lft.a[1].push(0.0), "lft.A[1] has 3 entries, but must have 2");
-    assert_rejected(|d| d.lft.cu.truncate(2), "lft.Cu has 2 entries, but must have 3");
-    assert_rejected(|d| d.lft.dtt[0][1] = f64::INFINITY, "lft.Dtt[0][1] is inf");
-    assert_rejected(|d| d.trim.speed.truncate(1), "trim.speed has 1 entries");
-    assert_rejected(
-        |d| d.trim.forward_speed[1] = 0.2,
-        "trim.forward_speed must increase, but 0.2 follows 0.49",
-    );
-    assert_rejected(|d| column(d).truncate(2), "trim.signals.pitch has 2 entries, but must have 3");
-    assert_rejected(|d| column(d)[2] = f64::NAN, "trim.signals.pitch[2] is NaN");
-    assert_rejected(|d| d.trim.actuators[1].truncate(1), "trim.actuators[1] has 1 entries");
-    assert_rejected(|d| d.trim.actuators[1][2] = 200.0, "trim.actuators[1][2] is 200, outside the limits");
-    assert_rejected(|d| d.trim.speed[2] = 2.9, "trim.speed covers 0.5 .. 2.9 m/s");
-    assert_rejected(|d| d.gamma.bound = 0.0, "gamma.bound is 0");
+    let mut rejected = Rejected::new(example::design());
+    rejected.at("sample_time", |d| d.sample_time = 0.0);
+    rejected.at("sample_time", |d| d.sample_time = f64::NAN);
+    rejected.at("sample_time", |d| d.sample_time = 1e-6);
+    rejected.at("sample_time", |d| d.sample_time = f64::INFINITY);
+    rejected.at("scheduling.quantity", |d| d.scheduling.quantity = "depth".to_owned());
+    rejected.at("scheduling", |d| d.scheduling.maximum = 0.4);
+    rejected.at("scheduling", |d| d.scheduling.centre = 1.7);
+    rejected.at("controller_inputs", |d| d.controller_inputs.clear());
+    rejected.at("controller_inputs[1].signal", |d| d.controller_inputs[1].signal = "yaw".to_owned());
+    rejected.at("controller_inputs[0].unit", |d| d.controller_inputs[0].unit = "deg".to_owned());
+    rejected.at("controller_inputs[0].scale", |d| d.controller_inputs[0].scale = -1.0);
+    rejected.at("controller_inputs[1].signal", |d| d.controller_inputs[1] = d.controller_inputs[0].clone());
+    rejected.at("actuators", |d| d.actuators.clear());
+    rejected.at("actuators[1].name", |d| d.actuators[1].name = "thruster_1".to_owned());
+    rejected.at("actuators[1].name", |d| d.actuators[1].name = "a b".to_owned());
+    rejected.at("actuators[2]", |d| d.actuators[2].minimum = 100.0);
+    rejected.at("lft.blocks", |d| d.lft.blocks = vec![1, 1]);
+    rejected.at("lft.Bt[0]", |d| d.lft.blocks = vec![3]);
+    rejected.at("lft.A[1]", |d| d.lft.a[1].push(0.0));
+    rejected.at("lft.Cu", |d| d.lft.cu.truncate(2));
+    rejected.at("lft.Dtt[0][1]", |d| d.lft.dtt[0][1] = f64::INFINITY);
+    rejected.at("trim.speed", |d| d.trim.speed.truncate(1));
+    rejected.at("trim.forward_speed", |d| d.trim.forward_speed[1] = 0.2);
+    rejected.at("trim.signals.pitch", |d| column(d).truncate(2));
+    rejected.at("trim.signals.pitch[2]", |d| column(d)[2] = f64::NAN);
+    rejected.at("trim.actuators[1]", |d| d.trim.actuators[1].truncate(1));
+    rejected.at("trim.actuators[1][2]", |d| d.trim.actuators[1][2] = 200.0);
+    rejected.at("trim.speed", |d| d.trim.speed[2] = 2.9);
+    rejected.at("gamma.bound", |d| d.gamma.bound = 0.0);
+    insta::assert_snapshot!(rejected.messages);
 }
 
 #[test]
 fn rejects_invalid_inputs() {
-    let of = |change: fn(&mut ControllerDesign), expected: &str| {
-        assert_design_rejected(example::two_degrees(), change, expected)
-    };
-    of(
-        |d| d.controller_inputs[1].signal = "yaw".to_owned(),
-        "controller_inputs[1].signal is 'yaw', but must be 'pitch', 'speed', 'depth', 'pitch_rate' or 'heave'",
-    );
+    let mut rejected = Rejected::new(example::two_degrees());
+    rejected.at("controller_inputs[1].signal", |d| d.controller_inputs[1].signal = "yaw".to_owned());
     for kind in [Kind::Reference, Kind::Error] {
-        let change =
-            |d: &mut ControllerDesign| d.controller_inputs[1] = example::input("pitch_rate", kind, 0.1);
-        assert_design_rejected(
-            example::two_degrees(),
-            change,
-            "controller_inputs[1].signal is 'pitch_rate', but must be 'pitch', 'speed' or 'depth'",
-        );
+        rejected.at("controller_inputs[1].signal", |d| {
+            d.controller_inputs[1] = example::input("pitch_rate", kind, 0.1)
+        });
     }
-    of(
-        |d| d.controller_inputs[2].unit = "km/h".to_owned(),
-        "controller_inputs[2].unit is 'km/h', but must be m/s",
-    );
-    of(
-        |d| d.controller_inputs[3].scale = 0.0,
-        "controller_inputs[3].scale is 0, but must be finite and above 0",
-    );
-    of(
-        |d| d.controller_inputs[2] = d.controller_inputs[0].clone(),
-        "controller_inputs[2].signal is 'pitch', which occurs twice",
-    );
+    rejected.at("controller_inputs[2].unit", |d| d.controller_inputs[2].unit = "km/h".to_owned());
+    rejected.at("controller_inputs[3].scale", |d| d.controller_inputs[3].scale = 0.0);
+    rejected.at("controller_inputs[2].signal", |d| d.controller_inputs[2] = d.controller_inputs[0].clone());
     for bandwidth in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let expected = format!("reference_filter is {bandwidth}, but must be finite and above 0");
-        assert_design_rejected(example::two_degrees(), |d| d.reference_filter = Some(bandwidth), &expected);
+        rejected.at("reference_filter", |d| d.reference_filter = Some(bandwidth));
     }
-    of(|d| d.delay_ticks = 11, "delay_ticks is 11, but must be at most 10");
-    of(|d| d.lft.by[0].truncate(2), "lft.By[0] has 2 entries, but must have 4");
+    rejected.at("delay_ticks", |d| d.delay_ticks = 11);
+    rejected.at("lft.By[0]", |d| d.lft.by[0].truncate(2));
+    insta::assert_snapshot!(rejected.messages);
+}
+
+/// Reads a changed text and asserts that the error is one of JSON; returns the message.
+fn unreadable(json: &str, from: &str, to: &str) -> String {
+    let broken = json.replacen(from, to, 1);
+    assert_ne!(broken, json);
+    match ControllerDesign::from_json(&broken) {
+        Err(DesignError::Json(error)) if error.is_data() => format!("{from} -> {to}:\n{error}\n\n"),
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]
 fn reports_position_of_json_error() {
     let json = example::design().to_json().unwrap();
-    for (from, to, expected) in [
-        ("\"sample_time\"", "\"sampletime\"", "unknown field `sampletime`"),
-        ("\"design\": \"default\",", "", "missing field `design`"),
-        ("\"surrogate\"", "\"guess\"", "unknown variant `guess`"),
-        ("0.02", "\"fast\"", "invalid type: string \"fast\", expected f64 at line"),
-        ("}", "", "EOF"),
-    ] {
-        let broken = match from {
-            "}" => json.trim_end().trim_end_matches('}').to_owned(),
-            _ => json.replacen(from, to, 1),
-        };
-        let message = ControllerDesign::from_json(&broken).unwrap_err().to_string();
-        assert!(message.contains(expected), "{message}");
-    }
+    let messages: String = [
+        ("\"sample_time\"", "\"sampletime\""),
+        ("\"design\": \"default\",", ""),
+        ("\"surrogate\"", "\"guess\""),
+        ("0.02", "\"fast\""),
+    ]
+    .map(|(from, to)| unreadable(&json, from, to))
+    .concat();
+    insta::assert_snapshot!(messages);
+    let cut = json.trim_end().trim_end_matches('}');
+    assert!(matches!(ControllerDesign::from_json(cut), Err(DesignError::Json(error)) if error.is_eof()));
 }
 
 #[test]
@@ -243,12 +233,9 @@ fn thruster_curve_round_trips_and_reaches_limits() {
     );
 
     let falling = design.to_json().unwrap().replace("[1530.0, 0.0]", "[1530.0, -1.0]");
-    let message = ControllerDesign::from_json(&falling).unwrap_err().to_string();
-    assert!(
-        message.contains("the points of a curve must be two pairs [command, thrust] or more"),
-        "{message}"
-    );
-    design.actuators[0].maximum = 111.0;
-    let message = design.validate().unwrap_err().to_string();
-    assert_eq!(message, "actuators[0].maximum is 111, but must be a thrust on its curve");
+    let falling = ControllerDesign::from_json(&falling).unwrap_err();
+    assert!(matches!(&falling, DesignError::Json(error) if error.is_data()), "{falling}");
+    let mut rejected = Rejected::new(design);
+    rejected.at("actuators[0].maximum", |d| d.actuators[0].maximum = 111.0);
+    insta::assert_snapshot!(format!("{falling}\n{}", rejected.messages));
 }

@@ -1,5 +1,6 @@
 //! Limits of the references to what the vehicle can hold.
 
+use crate::design::Rejected;
 use crate::example::{self, DEPTH, PITCH, SPEED};
 use proptest::prelude::*;
 use squid_scheduled::*;
@@ -100,40 +101,23 @@ fn law_is_unchanged_for_limited_references() {
 
 #[test]
 fn rejects_invalid_envelopes() {
-    let refused = |change: &dyn Fn(&mut ControllerDesign)| {
-        let mut design = design(None);
-        change(&mut design);
-        Autopilot::new(&design).unwrap_err().to_string()
-    };
     let limits = |range: [f64; 2], rows: usize| ReferenceLimits {
         range: Some(range.map(|end| OverSpeed::Table(vec![end; rows]))),
         rate: None,
     };
-    let put = |name: &str, limits: ReferenceLimits| {
-        let name = name.to_owned();
-        refused(&move |design: &mut ControllerDesign| {
-            design.envelope.insert(name.clone(), limits.clone());
-        })
-    };
-    assert_eq!(
-        put("heave", limits([0.0, 1.0], 3)),
-        "envelope is 'heave', but must be 'pitch', 'speed' or 'depth'"
-    );
-    assert_eq!(put("pitch", limits([0.0, 1.0], 2)), "envelope.pitch.range has 2 entries, but must have 3");
-    assert_eq!(
-        put("pitch", limits([1.0, 0.0], 3)),
-        "envelope.pitch.range[0][0] is 1, but must be no larger than the other end"
-    );
     let rate = ReferenceLimits { range: None, rate: Some([0.1, 0.2].map(OverSpeed::Constant)) };
-    assert_eq!(
-        put("depth", rate),
-        "envelope.depth.rate[0] is 0.1, but must be such that 0 is between the ends"
-    );
-    assert_eq!(
-        put("speed", limits([0.0, 1.0], 3)),
-        "envelope.speed.range is 'a table', but must be a number"
-    );
-    assert!(put("pitch", limits([f64::NAN, 0.0], 3)).starts_with("envelope.pitch.range[0][0] is NaN"));
+    let mut rejected = Rejected::new(design(None));
+    for (key, name, limits) in [
+        ("envelope", "heave", limits([0.0, 1.0], 3)),
+        ("envelope.pitch.range", "pitch", limits([0.0, 1.0], 2)),
+        ("envelope.pitch.range[0][0]", "pitch", limits([1.0, 0.0], 3)),
+        ("envelope.depth.rate[0]", "depth", rate),
+        ("envelope.speed.range", "speed", limits([0.0, 1.0], 3)),
+        ("envelope.pitch.range[0][0]", "pitch", limits([f64::NAN, 0.0], 3)),
+    ] {
+        rejected.at(key, |design| drop(design.envelope.insert(name.to_owned(), limits)));
+    }
+    insta::assert_snapshot!(rejected.messages);
 }
 
 proptest! {

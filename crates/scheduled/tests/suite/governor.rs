@@ -1,5 +1,6 @@
 //! Reference governor: references yield while a steering actuator stays at its limit, and return.
 
+use crate::design::Rejected;
 use crate::example::{self, PITCH, SPEED};
 use proptest::prelude::*;
 use squid_scheduled::*;
@@ -156,14 +157,11 @@ fn snapshot_restores_governor() {
 
 #[test]
 fn rejects_signals_that_cannot_be_steered() {
+    let mut rejected = Rejected::new(design());
     for name in ["speed", "heave", "thruster_1"] {
-        let mut design = design();
-        design.actuators[2].steers = vec![name.to_owned()];
-        assert_eq!(
-            Autopilot::new(&design).unwrap_err().to_string(),
-            format!("actuators[2].steers is '{name}', but must be 'pitch' or 'depth'")
-        );
+        rejected.at("actuators[2].steers", |design| design.actuators[2].steers = vec![name.to_owned()]);
     }
+    insta::assert_snapshot!(rejected.messages);
 }
 
 proptest! {

@@ -1,5 +1,6 @@
 //! Control law with references and measurements as inputs, and the filter of the speed reference.
 
+use crate::design::Rejected;
 use crate::example::{self, DEPTH, HEAVE, PITCH, RATE, SPEED, level};
 use proptest::prelude::*;
 use squid_scheduled::*;
@@ -221,25 +222,31 @@ fn flight_does_not_depend_on_initial_depth() {
     assert!(deep[0] != deep[60] && deep[60] != deep[199]);
     let json = design.to_json().unwrap();
     assert_eq!(ControllerDesign::from_json(&json).unwrap(), design);
-    design.signals[DEPTH].start = f64::NAN;
-    assert_eq!(design.to_json().unwrap_err().to_string(), "signals[2].start is NaN, but must be finite");
+    Rejected::new(design).at("signals[2].start", |design| design.signals[DEPTH].start = f64::NAN);
 }
 
 #[test]
 fn rejects_mismatched_snapshot() {
     let mut autopilot = started(&filtered(0.5));
     let good = autopilot.snapshot();
-    for (change, expected) in [
-        ((|s: &mut Snapshot| s.filtered_speed = f64::NAN) as fn(&mut Snapshot), "it contains the number NaN"),
-        (|s| s.state.push(0.0), "it has 3 states, but the controller has 2"),
-        (|s| s.delayed.push(0.0), "it has 1 delayed commands, but the controller has 0"),
-        (|s| s.outputs.commands.truncate(1), "it has 1 commands, but the controller has 3"),
+    let mut messages = String::new();
+    for (change, sizes) in [
+        ((|s: &mut Snapshot| s.filtered_speed = f64::NAN) as fn(&mut Snapshot), None),
+        (|s| s.state.push(0.0), Some((3, 2))),
+        (|s| s.delayed.push(0.0), Some((1, 0))),
+        (|s| s.outputs.commands.truncate(1), Some((1, 3))),
     ] {
         let mut bad = good.clone();
         change(&mut bad);
-        assert_eq!(autopilot.restore(&bad).unwrap_err().to_string(), expected);
+        let error = autopilot.restore(&bad).unwrap_err();
+        match error {
+            SnapshotError::NotFinite { value } => assert!(value.is_nan() && sizes.is_none()),
+            SnapshotError::Length { found, expected, .. } => assert_eq!(Some((found, expected)), sizes),
+        }
+        messages += &format!("{error}\n");
         assert_eq!(autopilot.snapshot(), good);
     }
+    insta::assert_snapshot!(messages);
 }
 
 /// Checks that feedforward, level flight and trim pitch are those at the measured speed, for any reference.
@@ -278,8 +285,8 @@ fn imposed_speed_replaces_reference() {
     let json = given().to_json().unwrap();
     assert_eq!(ControllerDesign::from_json(&json).unwrap(), given());
     assert!(!free.to_json().unwrap().contains("speed_given"));
-    let filtered = ControllerDesign { reference_filter: Some(0.7), ..given() };
-    let words = filtered.validate().unwrap_err().to_string();
-    assert_eq!(words, "speed_given is 'true', but must be false if the speed has a reference");
+    let mut rejected = Rejected::new(given());
+    rejected.at("speed_given", |design| design.reference_filter = Some(0.7));
+    insta::assert_snapshot!(rejected.messages);
     assert!(ControllerDesign { speed_given: true, ..example::design() }.validate().is_err());
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use nalgebra::{Complex, DMatrix, DVector};
-use squid_auv::{Current, Lateral, Pitch, Plant, State, Turn, linearise_turn, turn};
+use squid_auv::{Current, Lateral, Pitch, Plant, State, TrimError, Turn, linearise_turn, turn};
 
 const DEPTH: f64 = 0.0;
 
@@ -344,19 +344,17 @@ fn held_pitch_is_held_in_a_turn() {
 
 #[test]
 fn rejects_impossible_turns() {
-    let planar = turn(&crate::common::remus100(), 1.5, 0.1, DEPTH, &Pitch::Free).unwrap_err().to_string();
-    assert_eq!(
-        planar,
-        "the vehicle moves in the vertical plane alone, and does not turn: give 'mass.I_xx' and what it says is \
-         missing then in the vehicle file"
-    );
     let mut without = remus();
     without.actuators.truncate(2);
-    let message = turn(&without, 1.5, 0.1, DEPTH, &Pitch::Free).unwrap_err().to_string();
-    assert!(
-        message.starts_with("no steady turn of ") && message.contains("deg/s at 1.5 m/s and 0 m"),
-        "{message}"
-    );
-    let message = turn(&remus(), 1.5, f64::INFINITY, DEPTH, &Pitch::Free).unwrap_err().to_string();
-    assert!(message.contains("must be a finite number"), "{message}");
+    let planar = turn(&crate::common::remus100(), 1.5, 0.1, DEPTH, &Pitch::Free).unwrap_err();
+    assert_eq!(planar, TrimError::NoLateral);
+    let unbalanced = turn(&without, 1.5, 0.1, DEPTH, &Pitch::Free).unwrap_err();
+    let TrimError::NoTurn { speed: 1.5, depth: DEPTH, rate_deg, residual } = unbalanced else {
+        panic!("{unbalanced}")
+    };
+    assert!(rate_deg > 0.0 && residual > 0.0, "{rate_deg} {residual}");
+    let rounded = TrimError::NoTurn { speed: 1.5, depth: DEPTH, rate_deg: 6.0, residual: 0.1 };
+    let infinite = turn(&remus(), 1.5, f64::INFINITY, DEPTH, &Pitch::Free).unwrap_err();
+    assert_eq!(infinite, TrimError::RateNotFinite { rate: f64::INFINITY });
+    insta::assert_snapshot!([planar, rounded, infinite].map(|error| error.to_string()).join("\n\n"));
 }
