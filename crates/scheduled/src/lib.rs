@@ -18,7 +18,8 @@
 //! [`Autopilot::tangents`] gives the exact derivatives of a tick with respect to its inputs; [`Autopilot::snapshot`]
 //! saves the state of an autopilot, which can be restored bit for bit.
 //!
-//! Commands are actuator outputs. [`Actuator::taken`] converts the command of a thruster with a curve to its input.
+//! Commands are actuator outputs. [`Actuator::input_for`] converts the command of a thruster with a curve to its
+//! input.
 //!
 //! Saturation: commands are clamped to the actuators' limits. If the design has an anti-windup gain,
 //! [`ControllerDesign::anti_windup`], it feeds the excess back to the controller's states. While an actuator stays at

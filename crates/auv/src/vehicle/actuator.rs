@@ -67,7 +67,7 @@ pub enum Effect<D = f64> {
 
 /// Actuator: thruster curve (if any), saturation, first-order lag, and the force on the hull.
 ///
-/// Commands are outputs; for a thruster with a curve, [`Actuator::asked`] converts its input to the commanded thrust.
+/// Commands are outputs; for a thruster with a curve, [`Actuator::requested_output`] converts its input to a thrust.
 /// The lag acts on the thrust, and a limit r on the rate saturates its derivative: `T' = clamp((sat(command) - T)/tau,
 /// -r, r)` (R. A. Hess, S. A. Snell, "Flight control system design with rate saturating actuators", J. Guidance,
 /// Control, and Dynamics 20(1), 1997).
