@@ -16,7 +16,6 @@ pub use rate::{Rate, RateTheorem};
 
 use proved::Provable;
 use serde::{Deserialize, Serialize};
-use std::fmt;
 
 /// Claim about the closed loop of a certificate, with the matrices that prove it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -30,36 +29,6 @@ pub enum Claim {
     Limits(Limits),
     /// Gain with some parameters constant.
     Constant(Constant),
-}
-
-/// Name of a claim in messages.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ClaimName {
-    /// [`Claim::Gain`].
-    Gain,
-    /// [`Claim::Gain`] with a model error.
-    RobustGain,
-    /// [`Claim::Rate`].
-    Rate,
-    /// [`Claim::Rate`] with a model error.
-    RobustRate,
-    /// [`Claim::Limits`].
-    Limits,
-    /// [`Claim::Constant`].
-    Constant,
-}
-
-impl fmt::Display for ClaimName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Gain => "the claim",
-            Self::RobustGain => "the claim with model error",
-            Self::Rate => "the claim of a bounded rate",
-            Self::RobustRate => "the claim of a bounded rate with model error",
-            Self::Limits => "the claim with limits",
-            Self::Constant => "the claim for constant parameters",
-        })
-    }
 }
 
 impl Claim {

@@ -1,8 +1,7 @@
 //! Errors of a certificate, in the file or in its proof.
 
-use crate::claim::ClaimName;
 use crate::strict::JsonError;
-use std::fmt::Display;
+use std::fmt::{self, Display, Formatter};
 use thiserror::Error;
 
 /// First error of a certificate: in its file, or a violated condition of its proof. Rows and columns count from 0.
@@ -47,5 +46,35 @@ impl Failure {
     /// Creates a [`Failure::Condition`].
     pub(crate) fn condition(claim: ClaimName, part: &str, reason: impl Display) -> Self {
         Self::Condition { claim, part: part.into(), reason: reason.to_string() }
+    }
+}
+
+/// Name of a claim in messages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ClaimName {
+    /// [`Claim::Gain`](crate::Claim::Gain).
+    Gain,
+    /// [`Claim::Gain`](crate::Claim::Gain) with a model error.
+    RobustGain,
+    /// [`Claim::Rate`](crate::Claim::Rate).
+    Rate,
+    /// [`Claim::Rate`](crate::Claim::Rate) with a model error.
+    RobustRate,
+    /// [`Claim::Limits`](crate::Claim::Limits).
+    Limits,
+    /// [`Claim::Constant`](crate::Claim::Constant).
+    Constant,
+}
+
+impl Display for ClaimName {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Gain => "the claim",
+            Self::RobustGain => "the claim with model error",
+            Self::Rate => "the claim of a bounded rate",
+            Self::RobustRate => "the claim of a bounded rate with model error",
+            Self::Limits => "the claim with limits",
+            Self::Constant => "the claim for constant parameters",
+        })
     }
 }

@@ -203,10 +203,8 @@ mod system;
 mod theorem;
 
 pub use certificate::{Certificate, Format};
-pub use claim::{
-    Claim, ClaimName, Constant, ConstantTheorem, Filter, Gain, LimitTheorem, Limits, Rate, RateTheorem,
-};
-pub use error::Failure;
+pub use claim::{Claim, Constant, ConstantTheorem, Filter, Gain, LimitTheorem, Limits, Rate, RateTheorem};
+pub use error::{ClaimName, Failure};
 pub use lower_bound::{Multipliers, lower_bound};
 pub use plant::{Controller, ModelError, Plant, Rows};
 pub use strict::{JsonError, from_json, given};

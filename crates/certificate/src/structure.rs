@@ -1,6 +1,6 @@
 //! Exact checks of numbers and matrices: positive, symmetric, skew, commuting with Theta, definite.
 
-use crate::claim::ClaimName;
+use crate::error::ClaimName;
 use crate::error::Failure;
 use crate::exact::definite::positive_definite;
 use crate::exact::dyadic::Dyadic;

@@ -58,8 +58,8 @@
 
 use super::filtered::{Filter, Filtered};
 use super::proved::Provable;
-use crate::claim::ClaimName;
 use crate::closed_loop::ClosedLoop;
+use crate::error::ClaimName;
 use crate::error::Failure;
 use crate::exact::matrix::Matrix;
 use crate::exact::witness::shown_positive;

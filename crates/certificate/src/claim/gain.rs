@@ -1,8 +1,8 @@
 //! Gain for parameters that vary arbitrarily fast, with or without the model error.
 
 use super::proved::Provable;
-use crate::claim::ClaimName;
 use crate::closed_loop::ClosedLoop;
+use crate::error::ClaimName;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;

@@ -2,8 +2,8 @@
 
 use super::gain::{check_scalings, prove_gain};
 use super::proved::Provable;
-use crate::claim::ClaimName;
 use crate::closed_loop::ClosedLoop;
+use crate::error::ClaimName;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;

@@ -1,6 +1,6 @@
 //! Interface of a claim to the prover.
 
-use crate::claim::ClaimName;
+use crate::error::ClaimName;
 use crate::error::Failure;
 use crate::system::Loop;
 

@@ -17,8 +17,8 @@
 //! 2002, chapters 4 and 6.
 
 use super::proved::Provable;
-use crate::claim::ClaimName;
 use crate::closed_loop::ClosedLoop;
+use crate::error::ClaimName;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
