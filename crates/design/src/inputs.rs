@@ -319,16 +319,12 @@ pub(crate) mod tests {
         Inputs::read_axis(&vehicles.join(vehicle), design, axis).unwrap()
     }
 
-    /// Returns a text with its digits masked, for snapshots of computed numbers.
+    /// Returns a text with each run of digits masked, for snapshots of computed numbers.
     pub(crate) fn masked(text: &str) -> String {
-        let mut found = String::new();
-        for c in text.chars() {
-            match c {
-                '0'..='9' if found.ends_with('#') => {}
-                '0'..='9' => found.push('#'),
-                _ => found.push(c),
-            }
+        let mut masked = text.replace(|c: char| c.is_ascii_digit(), "#");
+        while masked.contains("##") {
+            masked = masked.replace("##", "#");
         }
-        found
+        masked
     }
 }

@@ -78,15 +78,11 @@ impl<M: Model> Flight<M> {
     }
 }
 
-/// Returns a text with its digits masked, for snapshots of computed numbers.
+/// Returns a text with each run of digits masked, for snapshots of computed numbers.
 pub fn masked(text: &str) -> String {
-    let mut found = String::new();
-    for c in text.chars() {
-        match c {
-            '0'..='9' if found.ends_with('#') => {}
-            '0'..='9' => found.push('#'),
-            _ => found.push(c),
-        }
+    let mut masked = text.replace(|c: char| c.is_ascii_digit(), "#");
+    while masked.contains("##") {
+        masked = masked.replace("##", "#");
     }
-    found
+    masked
 }

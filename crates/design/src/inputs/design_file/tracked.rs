@@ -140,8 +140,12 @@ fn signal(
     let mut allowed: Vec<&str> = names(interface).collect();
     if key == "output" && VIEWS.iter().any(|view| view.interface == interface) {
         let tracked = VIEWS.iter().flat_map(|view| view.interface.tracked());
-        let others: Vec<&str> =
-            tracked.map(|(signal, _)| signal.name).filter(|name| !allowed.contains(name)).collect();
+        let mut others: Vec<&str> = vec![];
+        for (Signal { name, .. }, _) in tracked {
+            if !allowed.contains(name) && !others.contains(name) {
+                others.push(name);
+            }
+        }
         if let Some(other) = others.iter().find(|name| table.is_text(key, name)) {
             let own = format!("in an [[axis]] of its own: this axis is of {}", allowed.join(", "));
             table.not_allowed(key, format!("\"{other}\""), own);
