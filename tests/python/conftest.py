@@ -148,7 +148,9 @@ def messages(done: subprocess.CompletedProcess, **folders: Path) -> str:
 
 def named(text: str, **folders: Path) -> str:
     """Return a text for a snapshot, with each folder by its name."""
-    for name, folder in {**folders, "ROOT": ROOT}.items():
+    # A folder inside another is named first.
+    named_folders = sorted({**folders, "ROOT": ROOT}.items(), key=lambda one: -len(str(one[1])))
+    for name, folder in named_folders:
         text = text.replace(str(folder), name)
     return text
 

@@ -157,7 +157,8 @@ fn temporary(path: &Path, bytes: &[u8]) -> io::Result<TempPath> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)?;
     let mut file = tempfile::Builder::new().prefix(".squid-").tempfile_in(folder)?;
-    file.write_all(bytes)?;
+    // Not by `file` itself, whose errors name the temporary path.
+    file.as_file_mut().write_all(bytes)?;
     make_readable(file.as_file())?;
     // Some file systems report a full disk only here.
     file.as_file().sync_all()?;
