@@ -160,6 +160,11 @@ def masked(text: str) -> str:
     return re.sub(r"\d+\.\d+(?:e[+-]?\d+)?", "#", text)
 
 
+def kinds(report: dict, of: str = "findings") -> list[str]:
+    """Return the kinds of the findings of a report, or of the warnings of an answer."""
+    return [found["kind"] for found in report[of]]
+
+
 def design(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> None:
     """Design a vehicle into a folder; the output is in `design.txt`."""
     written(run_squid, folder, "design", vehicle, "--no-advise", *options)

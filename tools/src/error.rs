@@ -101,6 +101,7 @@ impl Error {
                 answer["file"] = json!(wrong.file);
                 answer["mistakes"] = json!(wrong.mistakes);
             }
+            Self::Design(DesignError::NoController { causes, .. }) => answer["causes"] = json!(causes),
             Self::Design(DesignError::Refused(refusal)) => answer["refusal"] = json!(refusal),
             Self::Problem(ProblemError::Problem { file, line, key, .. }) => {
                 answer["file"] = json!(file);

@@ -2,10 +2,11 @@
 
 use serde::Serialize;
 use squid_base::files;
+use squid_finding::Finding;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// First reason for which output was lost.
 static LOST_OUTPUT: Mutex<Option<io::Error>> = Mutex::new(None);
@@ -24,15 +25,36 @@ pub fn is_for_programs() -> bool {
     AS_JSON.load(Ordering::Relaxed)
 }
 
-/// Prints the result of a verb as JSON if `--json` was given, at the first call only.
+/// Findings reported as warnings.
+static WARNINGS: Mutex<Vec<Finding>> = Mutex::new(vec![]);
+
+/// Prints a finding as a warning, and adds it to the answer for programs; a repeated one only once.
+pub fn warn(finding: &Finding) {
+    let mut all = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
+    if !all.contains(finding) {
+        say(&format!("WARNING: {finding}"));
+        all.push(finding.clone());
+    }
+}
+
+/// Prints the result of a verb as JSON if `--json` was given, at the first call only; an object also has the `warnings`.
 ///
 /// # Errors
 /// [`files::Error::Json`] if JSON cannot represent the value.
 pub fn answer(found: &impl Serialize) -> Result<(), files::Error> {
     if is_for_programs() && !ANSWERED.swap(true, Ordering::Relaxed) {
-        print_line(&json(found)?);
+        let mut found = serde_json::to_value(found).map_err(not_json)?;
+        let warnings = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(object) = found.as_object_mut() {
+            object.insert("warnings".into(), serde_json::to_value(&*warnings).map_err(not_json)?);
+        }
+        print_line(&json(&found)?);
     }
     Ok(())
+}
+
+fn not_json(reason: serde_json::Error) -> files::Error {
+    files::Error::Json { path: "standard output".into(), reason }
 }
 
 /// Prints the results for the axes of a design as [`answer`] does: the object of a single axis, or a list `axes`.
@@ -51,8 +73,7 @@ pub fn answer_each(axes: &[impl Serialize]) -> Result<(), files::Error> {
 /// # Errors
 /// [`files::Error::Json`].
 pub fn json(value: &impl Serialize) -> Result<String, files::Error> {
-    serde_json::to_string(value)
-        .map_err(|reason| files::Error::Json { path: "standard output".into(), reason })
+    serde_json::to_string(value).map_err(not_json)
 }
 
 /// Default line width of text for people; the environment variable `COLUMNS` overrides it, as for the help.

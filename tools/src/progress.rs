@@ -1,6 +1,6 @@
 //! Progress on the terminal: one line for each stage, with its key figure.
 
-use crate::output::{say, say_indented};
+use crate::output::{say_indented, warn};
 use indicatif::{ProgressBar, ProgressStyle};
 use squid_base::progress::Event;
 use std::sync::Mutex;
@@ -30,39 +30,11 @@ pub fn show(event: Event) {
                 bar.finish_and_clear();
             }
         }
-        Event::Warning { words } => say(words),
+        Event::Warning(finding) => warn(finding),
         Event::Done { stage, figures } => {
             for (i, line) in figures.lines().enumerate() {
                 say_indented(&format!("{:<12} {line}", if i == 0 { stage } else { "" }), STAGE);
             }
-        }
-    }
-}
-
-/// Progress of work that runs in parallel, stored until it can be shown.
-#[derive(Default)]
-pub struct Deferred(Mutex<Vec<(Option<String>, String)>>);
-
-impl Deferred {
-    /// Stores an event, except the start and end of a stage.
-    pub fn store(&self, event: Event) {
-        let entry = match event {
-            Event::Warning { words } => (None, words.to_owned()),
-            Event::Done { stage, figures } => (Some(stage.to_owned()), figures.to_owned()),
-            Event::Began { .. } | Event::Ended => return,
-        };
-        if let Ok(mut all) = self.0.lock() {
-            all.push(entry);
-        }
-    }
-
-    /// Shows the stored events.
-    pub fn show(self) {
-        for (stage, text) in self.0.into_inner().unwrap_or_default() {
-            show(match &stage {
-                Some(stage) => Event::Done { stage, figures: &text },
-                None => Event::Warning { words: &text },
-            });
         }
     }
 }

@@ -1,11 +1,12 @@
 //! Progress of a long computation, reported through a callback.
 
+use squid_finding::Finding;
 use std::fmt::{self, Debug, Formatter};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// Event of a running computation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event<'e> {
     /// Start of a stage.
     Began {
@@ -16,11 +17,8 @@ pub enum Event<'e> {
     },
     /// End of the stage that began last; its result, if any, follows as [`Event::Done`].
     Ended,
-    /// Warning to be read before any result.
-    Warning {
-        /// Text of the warning.
-        words: &'e str,
-    },
+    /// Finding that is a warning.
+    Warning(&'e Finding),
     /// Result of a stage.
     Done {
         /// Name of the stage.
@@ -58,9 +56,9 @@ impl<'p> Progress<'p> {
         (work(), started.elapsed().as_secs_f64())
     }
 
-    /// Reports a warning to be read before any result.
-    pub fn warn(&self, words: &str) {
-        self.call_back(Event::Warning { words });
+    /// Reports a finding as a warning.
+    pub fn warn(&self, finding: &Finding) {
+        self.call_back(Event::Warning(finding));
     }
 
     /// Reports the result of a stage.
@@ -69,27 +67,42 @@ impl<'p> Progress<'p> {
     }
 }
 
-/// Results of stages, stored to be reported later: those of one of several attempts.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Results(Vec<(String, String)>);
+/// Results and warnings of stages, stored to be reported later, such as those of one of several attempts.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Results(Vec<Reported>);
+
+#[derive(Debug, Clone, PartialEq)]
+enum Reported {
+    Warning(Finding),
+    Done { stage: String, figures: String },
+}
 
 impl Results {
     /// Runs the work; returns its value and the results that it reported.
     pub fn collect<T>(work: impl FnOnce(&Progress) -> T) -> (T, Self) {
         let results = Mutex::new(vec![]);
         let store = |event: Event| {
-            if let Event::Done { stage, figures } = event {
-                let mut all = results.lock().unwrap_or_else(PoisonError::into_inner);
-                all.push((stage.to_owned(), figures.to_owned()));
-            }
+            let one = match event {
+                Event::Done { stage, figures } => {
+                    Reported::Done { stage: stage.to_owned(), figures: figures.to_owned() }
+                }
+                Event::Warning(finding) => Reported::Warning(finding.clone()),
+                Event::Began { .. } | Event::Ended => return,
+            };
+            results.lock().unwrap_or_else(PoisonError::into_inner).push(one);
         };
         let value = work(&Progress::new(&store));
         (value, Self(results.into_inner().unwrap_or_else(PoisonError::into_inner)))
     }
 
-    /// Reports the stored results in order.
+    /// Reports the stored events in order.
     pub fn report(&self, progress: &Progress) {
-        self.0.iter().for_each(|(stage, figures)| progress.done(stage, figures));
+        for one in &self.0 {
+            match one {
+                Reported::Done { stage, figures } => progress.done(stage, figures),
+                Reported::Warning(finding) => progress.warn(finding),
+            }
+        }
     }
 }
 

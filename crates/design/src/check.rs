@@ -14,8 +14,9 @@ use crate::axis::{Linearisation, VehicleModel};
 use crate::check::sampled::{Sampling, sampled_dtt};
 use crate::error::Error;
 use crate::error::Refusal;
+use crate::findings::fast_mode;
 use crate::inputs::design_file::{DesignFile, SAMPLE_TIME};
-use crate::numbers::rounded_down;
+use squid_finding::Finding;
 use squid_lpv::controller::Controller;
 use squid_lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
 use squid_lpv::plant::{GeneralisedPlant, channels};
@@ -55,31 +56,12 @@ pub fn fastest_sampled(sample_time: f64) -> f64 {
 }
 
 impl Checks {
-    /// Returns a warning if the fastest controller mode is too fast for the sample time (s); the advice quotes
+    /// Returns a finding if the fastest controller mode is too fast for the sample time (s); the advice quotes
     /// `control_weight`.
-    pub fn remark(&self, sample_time: f64, control_weight: f64) -> Option<String> {
+    pub fn finding(&self, sample_time: f64, control_weight: f64) -> Option<Finding> {
         let (fastest, most) = (self.fastest_controller_mode, fastest_sampled(sample_time));
-        (fastest > most).then(|| {
-            format!(
-                "WARNING: the fastest mode of the controller, {fastest:.0} rad/s, is beyond a fifth of the \
-                    sampling rate, {most:.1} rad/s (2 pi/{sample_time} s/5):\n\
-                    the sampled controller differs from the one with the proved bound, though its loop is \
-                    stable at these speeds.\n\
-                    Raise control.weight, now {}: a larger weight gives a slower controller{}",
-                squid_auv::rounded(control_weight),
-                sample_time_advice(fastest)
-            )
-        })
-    }
-}
-
-/// Advice on a sample time (s) that is short enough for a mode (rad/s), if a design file allows it.
-fn sample_time_advice(fastest: f64) -> String {
-    let enough = SLOW_ENOUGH * TAU / fastest;
-    if SAMPLE_TIME.allows(enough) {
-        format!(",\nor sample it every {} s", rounded_down(enough))
-    } else {
-        String::new()
+        let short_enough = Some(SLOW_ENOUGH * TAU / fastest).filter(|time| SAMPLE_TIME.allows(*time));
+        (fastest > most).then(|| fast_mode(fastest, most, sample_time, control_weight, short_enough))
     }
 }
 
@@ -202,10 +184,11 @@ mod tests {
             fastest_controller_mode: fastest,
         };
         // 2 pi/0.02/5 = 62.83 rad/s.
-        assert_eq!(checks(62.8).remark(0.02, 0.04), None);
+        assert_eq!(checks(62.8).finding(0.02, 0.04), None);
         // 2 pi/5/112 = 0.01122 s.
-        insta::assert_snapshot!(checks(112.0).remark(0.02, 0.04).unwrap());
-        assert!(!checks(1e6).remark(0.02, 0.04).unwrap().contains("sample it"));
-        assert_eq!(checks(112.0).remark(0.011, 0.04), None);
+        let [advised, too_fast] = [112.0, 1e6].map(|mode| checks(mode).finding(0.02, 0.04).unwrap());
+        assert_eq!((advised.value, advised.limit), (Some(112.0), Some(fastest_sampled(0.02))));
+        insta::assert_snapshot!(format!("{advised}\n\n{too_fast}"));
+        assert_eq!(checks(112.0).finding(0.011, 0.04), None);
     }
 }

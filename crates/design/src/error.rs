@@ -14,6 +14,7 @@ pub use input::InputError;
 pub use model::ModelError;
 pub use refusal::Refusal;
 use squid_base::files;
+use squid_finding::Finding;
 use squid_proof::error::ProofError;
 pub use store::StoreError;
 use strum::IntoStaticStr;
@@ -40,9 +41,9 @@ pub enum Error {
     /// No controller was found.
     #[error(transparent)]
     Synthesis(#[from] squid_lpv::error::SynthesisError),
-    /// No controller was found for a vehicle; with remarks on possible causes.
-    #[error("{reason}{}", remarks.iter().map(|r| format!("\n  remark: {r}")).collect::<String>())]
-    NoController { reason: squid_lpv::error::SynthesisError, remarks: Vec<String> },
+    /// No controller was found for a vehicle; with findings on possible causes.
+    #[error("{reason}{}", causes.iter().map(|cause| format!("\n  possible cause: {cause}")).collect::<String>())]
+    NoController { reason: squid_lpv::error::SynthesisError, causes: Vec<Finding> },
     /// There is no robust controller.
     #[error(transparent)]
     #[strum(transparent)]

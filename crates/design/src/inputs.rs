@@ -2,7 +2,7 @@
 
 pub mod actuator_names;
 pub mod design_file;
-mod remarks;
+mod plausible;
 mod reweighted;
 pub mod together;
 

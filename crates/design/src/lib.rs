@@ -12,6 +12,7 @@ pub mod axis;
 pub mod certify;
 pub mod check;
 pub mod error;
+mod findings;
 pub mod fit;
 pub mod inputs;
 pub mod linearise;

@@ -70,9 +70,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
         return Err(InputError::GivenController { file, what }.into());
     }
     progress.done("vehicle", &vehicle_line(inputs));
-    for text in inputs.remarks() {
-        progress.done("", &format!("WARNING: {text}"));
-    }
+    inputs.findings().iter().for_each(|found| progress.warn(found));
     let (vehicle, file) = (&inputs.axis(), &inputs.design);
     progress.done("design", &format!("{}: {}", file.source(), file.description));
     let model = Model::new(vehicle, file)?;
@@ -81,9 +79,8 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     progress.done("fit", &fit_line(inputs, &model));
     progress.done("LFT", &lft_line(&model));
     let plant = augmented(vehicle, file, &model, progress)?;
-    for text in authority::remarks(&inputs.vehicle.actuators, file, &model) {
-        progress.done("", &text);
-    }
+    let authority = authority::findings(&inputs.vehicle.actuators, file, &model);
+    authority.iter().for_each(|found| progress.warn(found));
     let nominal = synthesise(&inputs.vehicle.actuators, file, &plant, progress)?;
     let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;
     let judge = Judge { inputs, model: &model, plant: &plant };

@@ -26,6 +26,7 @@ use crate::certify::sampled;
 use crate::certify::verify;
 use crate::check::{CHECKED_SPEEDS, check};
 use crate::error::{Error, StoreError};
+use crate::findings::not_proved;
 use crate::fit::Model;
 use crate::fit::frequency::{Errors, errors, outputs};
 use crate::inputs::Inputs;
@@ -39,6 +40,7 @@ use serde_json::Value;
 use squid_auv::{Actuator, LpvModel, LpvModelError};
 use squid_base::files::{Files, read, reading};
 use squid_certificate::{Certificate, Theorem};
+use squid_finding::Finding;
 use squid_proof::claim::{parse, text};
 use squid_scheduled::ControllerDesign;
 use squid_scheduled::Manoeuvre;
@@ -158,19 +160,19 @@ impl Stored {
         certificate.prove().map_err(|e| e.to_string())
     }
 
-    /// Returns the warning for a design whose proof fails.
-    pub fn unproved(&self, inputs: &Inputs) -> Option<String> {
-        self.remark(&self.prove(inputs))
+    /// Returns the finding on a design whose proof fails.
+    pub fn unproved(&self, inputs: &Inputs) -> Option<Finding> {
+        self.unproved_by(&self.prove(inputs))
     }
 
-    /// Returns the warning of [`Stored::unproved`] for the result of an earlier proof.
-    pub fn remark(&self, proof: &Result<Theorem, String>) -> Option<String> {
+    /// Returns the finding of [`Stored::unproved`] for the result of an earlier proof.
+    pub fn unproved_by(&self, proof: &Result<Theorem, String>) -> Option<Finding> {
         let reason = match proof {
             Ok(_) if self.controller.gamma.certified => return None,
             Ok(_) => "controller.json says that it is not certified",
             Err(reason) => reason,
         };
-        Some(format!("NOT PROVED: {reason}"))
+        Some(not_proved(&self.controller.design, reason))
     }
 
     /// Checks the facts that the proof does not cover: the plant and the ball of the certificate, scales and trims, the

@@ -8,16 +8,18 @@ pub mod robust;
 
 use crate::check::fastest_sampled;
 use crate::error::Error;
+use crate::findings::{bounded_rate, control_weights};
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
 use squid_auv::Actuator;
 use squid_base::progress::Progress;
+use squid_finding::Finding;
 use squid_lpv::bounded_rate::SlowOptions;
 use squid_lpv::error::SynthesisError;
 use squid_lpv::parameter_grid::parameter_grid;
 use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::reduce::without_fast_modes;
-use squid_lpv::regularity::findings;
+use squid_lpv::regularity::irregularities;
 use squid_lpv::synthesis::{Design, Options, ScalingClass, least_gamma};
 
 /// Synthesises the scheduled controller for the generalised plant of [`crate::augment`] by
@@ -57,10 +59,10 @@ pub fn synthesise(
 /// Does the same as [`synthesise`] for one of many candidate designs: stops early if the search makes no progress.
 ///
 /// # Errors
-/// [`Error::NoController`], without remarks.
+/// [`Error::NoController`], without causes.
 pub fn synthesise_quickly(file: &DesignFile, plant: &GeneralisedPlant) -> Result<Design, Error> {
     let design = controller_for(file, plant, Options { quick: true, ..options(file) });
-    let design = design.map_err(|reason| Error::NoController { reason, remarks: vec![] })?;
+    let design = design.map_err(|reason| Error::NoController { reason, causes: vec![] })?;
     Ok(with_slow_modes_only(file, plant, design).0)
 }
 
@@ -117,17 +119,6 @@ fn at_bounded_rate(file: &DesignFile, plant: &GeneralisedPlant, rate: f64) -> Re
     Ok(Design { slow: Some(found.bound), ..design })
 }
 
-/// The advice to leave out the bounded rate, with the gamma without it.
-fn without_rate(plant: &GeneralisedPlant) -> String {
-    let gamma = match least_gamma(plant, ScalingClass::SymmetricAndSkew) {
-        Ok((_, least)) => {
-            format!(", without which gamma can be {:.4} for any trajectory of the speed", least.gamma)
-        }
-        Err(_) => String::new(),
-    };
-    format!("leave 'synthesis.rate' out{gamma}; or try a larger 'synthesis.back_off'")
-}
-
 /// The options of the synthesis.
 pub fn options(file: &DesignFile) -> Options {
     Options { back_off: file.back_off, accuracy: ACCURACY * file.back_off, ..Options::default() }
@@ -153,31 +144,25 @@ fn synthesis_line(design: &Design, requested: f64, seconds: f64) -> String {
     )
 }
 
-/// The error of a failed synthesis. Unless it is proved that there is no controller, it has remarks on possible causes.
+/// The error of a failed synthesis. Unless it is proved that there is no controller, it has findings on possible causes.
 fn no_controller(
     actuators: &[Actuator],
     file: &DesignFile,
     plant: &GeneralisedPlant,
     reason: SynthesisError,
 ) -> Error {
-    let unexplained = matches!(reason, SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. });
-    let causes = if unexplained { findings(plant) } else { vec![] };
-    let mut remarks: Vec<String> = causes.iter().map(ToString::to_string).collect();
-    if !remarks.is_empty() {
-        let names: Vec<String> =
-            actuators.iter().enumerate().map(|(j, a)| format!("u{} is {}", j + 1, a.name)).collect();
-        remarks.push(format!(
-            "{}; their weight is 'control.weight' of {}, {}{}",
-            names.join(", "),
-            file.file,
-            file.control_weight.low,
-            if file.relative_weights.is_empty() { "" } else { ", times those of 'control.actuators'" }
-        ));
+    let mut causes: Vec<Finding> = vec![];
+    if matches!(reason, SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. }) {
+        causes.extend(irregularities(plant).iter().map(Finding::from));
+        if !causes.is_empty() {
+            causes.push(control_weights(actuators, file));
+        }
+        causes.extend(file.rate.map(|rate| {
+            let least = least_gamma(plant, ScalingClass::SymmetricAndSkew);
+            bounded_rate(rate, least.ok().map(|(_, least)| least.gamma))
+        }));
     }
-    if file.rate.is_some() && unexplained {
-        remarks.push(without_rate(plant));
-    }
-    Error::NoController { reason, remarks }
+    Error::NoController { reason, causes }
 }
 
 /// The relative back-off `gamma_design/gamma_optimum - 1` at which the controller was built.
@@ -237,28 +222,28 @@ mod tests {
         }
     }
 
-    /// The plant of Squid without its control weight: a failure without a proof has remarks, a proved one has none.
+    /// The plant of Squid without its control weight: a failure without a proof has causes, a proved one has none.
     #[test]
-    fn a_failure_that_proves_nothing_comes_with_remarks() {
+    fn a_failure_that_proves_nothing_has_possible_causes() {
         let (inputs, mut plant) = squid();
         let failed = || SynthesisError::Numerical { stage: "test", diagnosis: "made up".into() };
-        let remarks = |file: &DesignFile, plant: &GeneralisedPlant, reason: SynthesisError| {
+        let causes = |file: &DesignFile, plant: &GeneralisedPlant, reason: SynthesisError| {
             let error = no_controller(&inputs.vehicle.actuators, file, plant, reason.clone());
-            let Error::NoController { reason: found, remarks } = &error else { panic!("{error}") };
+            let Error::NoController { reason: found, causes } = &error else { panic!("{error}") };
             assert_eq!(found.to_string(), reason.to_string());
-            (remarks.len(), error.to_string())
+            (causes.len(), error.to_string())
         };
-        assert_eq!(remarks(&inputs.design, &plant, failed()).0, 0);
+        assert_eq!(causes(&inputs.design, &plant, failed()).0, 0);
         let slow = DesignFile { rate: Some(0.1), ..inputs.design.clone() };
-        let (count, fast_only) = remarks(&slow, &plant, failed());
+        let (count, fast_only) = causes(&slow, &plant, failed());
         assert_eq!(count, 1, "{fast_only}");
 
         plant.parts.block_mut(Group::Z, Group::U).fill(0.0);
         plant.parts.block_mut(Group::T, Group::U).fill(0.0);
-        let (count, unweighted) = remarks(&inputs.design, &plant, failed());
+        let (count, unweighted) = causes(&inputs.design, &plant, failed());
         assert_eq!(count, inputs.vehicle.actuators.len() + 1, "{unweighted}");
         insta::assert_snapshot!(format!("{}\n\n{unweighted}", masked(&fast_only)));
-        assert_eq!(remarks(&inputs.design, &plant, SynthesisError::TooFast { ratio: 2.0 }).0, count);
-        assert_eq!(remarks(&inputs.design, &plant, SynthesisError::NotQuadraticallyStabilisable).0, 0);
+        assert_eq!(causes(&inputs.design, &plant, SynthesisError::TooFast { ratio: 2.0 }).0, count);
+        assert_eq!(causes(&inputs.design, &plant, SynthesisError::NotQuadraticallyStabilisable).0, 0);
     }
 }

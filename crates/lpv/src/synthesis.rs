@@ -30,7 +30,7 @@ use crate::synthesis::design::{FAR_ABOVE, repetitions};
 use crate::synthesis::direct::{Least, directly};
 use crate::synthesis::fast_modes::{Slowed, slowed};
 use crate::synthesis::least_gamma::{at_best_time_scale, least_gamma_at, loop_time_scales};
-use crate::synthesis::regularity::findings;
+use crate::synthesis::regularity::irregularities;
 use crate::system::{GeneralisedPlant, LoopError};
 
 /// Designs a controller and bounds the gain of the closed loop.
@@ -61,7 +61,7 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
         Some((least, Err(reason @ SynthesisError::Numerical { .. }))) => {
             // Another controller may meet the limit on the modes; a singular problem has controllers that these
             // equations do not give.
-            let may_gain = options.fastest_mode.is_some() || !findings(plant).is_empty();
+            let may_gain = options.fastest_mode.is_some() || !irregularities(plant).is_empty();
             match by_inequalities(plant, Options { quick: !may_gain, ..options }) {
                 Ok(found) => Ok(Design { lower: found.lower.max(least.lower), ..found }),
                 Err(other) => Err(if may_gain { other } else { reason }),

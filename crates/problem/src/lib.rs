@@ -16,6 +16,7 @@
 pub mod check;
 pub mod discrete;
 pub mod error;
+mod findings;
 pub mod gain;
 pub mod mu;
 pub mod mu_file;

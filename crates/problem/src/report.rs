@@ -1,10 +1,12 @@
 //! The report of `squid lpv synth`, on the terminal and in files.
 
 use crate::error::Error;
+use crate::findings;
 use serde::Serialize;
 use squid_base::files::Files;
-use squid_base::numbers::{at_least, at_most};
+use squid_base::numbers::at_most;
 use squid_certificate::{Certificate, Controller, Theorem};
+use squid_finding::Finding;
 use squid_lpv::regularise::is_zero;
 use squid_proof::claim::text;
 use std::path::Path;
@@ -50,7 +52,7 @@ pub struct Report {
     pub gamma_lower: Option<f64>,
     /// Lowest gamma found with symmetric scalings only.
     pub gamma_symmetric: Option<f64>,
-    /// Gamma at which the controller was built, of the plant with added weight and noise if a remark names them.
+    /// Gamma at which the controller was built, of the plant with added weight and noise if a finding names them.
     pub gamma_design: Option<f64>,
     /// `gamma_design/gamma - 1`; more than requested if no controller closer to `gamma` could be built.
     pub back_off: Option<f64>,
@@ -70,7 +72,7 @@ pub struct Report {
     pub reason: Option<String>,
     /// Features of the problem that cause large gains or numerical failure, with remedies, then deviations from the
     /// request.
-    pub remarks: Vec<String>,
+    pub findings: Vec<Finding>,
     /// Wall-clock time.
     pub seconds: f64,
     /// The proved theorem.
@@ -88,13 +90,10 @@ pub struct Report {
     pub certificate: Option<Certificate>,
 }
 
-const NO_LEAST: &str = "the computed least gamma is zero up to rounding: the smaller the bound, the larger the \
-    gains, and no controller attains the infimum; give every control a weight and every measurement noise";
-
 /// Largest fraction of a proved lower bound by which rounding may put the gamma of a search below it.
 const ROUNDING: f64 = 1e-4;
 
-/// Factor on the requested back-off up to which there is no remark.
+/// Factor on the requested back-off up to which there is no finding.
 const TOLERANCE: f64 = 1.001;
 
 impl Report {
@@ -114,7 +113,7 @@ impl Report {
         self.certificate = Some(certificate);
     }
 
-    /// Removes gamma after a numerical failure or if the proved lower bound contradicts it, and adds a remark if it
+    /// Removes gamma after a numerical failure or if the proved lower bound contradicts it, and adds a finding if it
     /// is not shown to be the least.
     pub fn doubt_gamma(&mut self) {
         self.respect_lower_bound();
@@ -122,13 +121,7 @@ impl Report {
             (self.gamma, self.gamma_symmetric, self.gamma_design, self.least) = (None, None, None, false);
         }
         let Some(bound) = self.certified_gamma.filter(|_| !self.least) else { return };
-        let lower = self
-            .gamma_lower
-            .map_or_else(String::new, |lower| format!("; none has a gain below {}", at_least(lower)));
-        self.remarks.push(format!(
-            "a controller with a gain below {} was found; a better one may exist{lower}",
-            at_most(Some(bound))
-        ));
+        self.findings.push(findings::better_may_exist(bound, self.gamma_lower));
     }
 
     /// Makes gamma consistent with its proved lower bound: raises a gamma that is below it by rounding, and removes one
@@ -141,38 +134,24 @@ impl Report {
         self.gamma_symmetric = self.gamma_symmetric.and_then(raised);
         if let (Some(found), None) = (found, self.gamma) {
             self.least = false;
-            self.remarks.push(format!(
-                "the search ended at a gamma of {found:.6}, which the proved lower bound {} contradicts: rounding \
-                 misled it, and the least gamma is not known",
-                at_least(lower)
-            ));
+            self.findings.push(findings::gamma_below_lower_bound(found, lower));
         }
     }
 
-    /// Computes the back-off, and adds a remark if it is larger than requested.
+    /// Computes the back-off, and adds a finding if it is larger than requested.
     pub fn compare_back_off(&mut self, requested: f64) {
         let (Some(built), Some(least)) = (self.gamma_design, self.gamma) else { return };
         if self.certified_gamma.is_some_and(|bound| is_zero(least, bound)) {
-            self.remarks.push(NO_LEAST.into());
+            self.findings.push(findings::gamma_is_zero(least));
             return;
         }
         self.back_off = Some(built / least - 1.0).filter(|b| b.is_finite());
         let far = |bound: &f64| self.rate.is_none() && *bound > (1.0 + TOLERANCE * requested) * least;
         if let Some(bound) = self.certified_gamma.filter(far) {
-            self.remarks.push(format!(
-                "the certified gamma is {:.1} % above the lowest gamma found instead of {:.1} %: no controller \
-                    closer to it has a bound that double precision can prove",
-                100.0 * (bound / least - 1.0),
-                100.0 * requested
-            ));
+            self.findings.push(findings::bound_far_above(bound / least - 1.0, requested));
         }
         if let Some(back_off) = self.back_off.filter(|b| *b > 1.01 * requested && !self.regularised) {
-            self.remarks.push(format!(
-                "the controller was built {:.1} % above the lowest gamma found instead of {:.1} %: none closer \
-                    could be built",
-                100.0 * back_off,
-                100.0 * requested
-            ));
+            self.findings.push(findings::large_back_off(back_off, requested));
         }
     }
 
@@ -224,8 +203,8 @@ impl Report {
         if let Some(reason) = &self.reason {
             out += &format!("  {reason}\n");
         }
-        for remark in &self.remarks {
-            out += &format!("  remark: {remark}\n");
+        for found in &self.findings {
+            out += &format!("  note: {found}\n");
         }
         if self.gamma.is_some() {
             let gamma = number(self.gamma);

@@ -1,17 +1,19 @@
 //! `squid lpv synth`: gamma, controller and certificate for a problem file.
 
 use crate::error::Error;
+use crate::findings;
 use crate::problem_file;
 use crate::problem_file::Problem;
 use crate::report::{Report, Status};
 use crate::source::Source;
 use squid_certificate::Certificate;
+use squid_finding::Finding;
 use squid_lpv::bounded_rate::SlowOptions;
 use squid_lpv::direct_path::{self, synthesise};
 use squid_lpv::error::SynthesisError;
 use squid_lpv::parameter_grid::parameter_grid;
 use squid_lpv::plant::GeneralisedPlant;
-use squid_lpv::regularity::findings;
+use squid_lpv::regularity::irregularities;
 use squid_lpv::structured::{STARTS, Structure, tune};
 use squid_lpv::synthesis::{
     Design, DualMultipliers, Options, ScalingClass, is_least, least_gamma, multipliers,
@@ -55,7 +57,7 @@ pub fn run_structured(source: &Source, states: usize) -> Result<Report, Error> {
         Ok(found) => {
             feasible(&problem, &found.design, &mut report);
             if !report.least {
-                report.remarks.push(LOCAL.into());
+                report.findings.push(findings::local_search());
             }
         }
         Err(error) => report.reason = Some(error.to_string()),
@@ -64,14 +66,11 @@ pub fn run_structured(source: &Source, states: usize) -> Result<Report, Error> {
     Ok(report)
 }
 
-const LOCAL: &str =
-    "gamma is that of a local search over controllers of this structure; a better one may exist";
-
 /// Solves a problem.
 pub fn solve(problem: &Problem, options: Options, reduce: bool) -> Report {
     let started = Instant::now();
-    let remarks: Vec<String> = findings(&problem.plant).iter().map(ToString::to_string).collect();
-    let mut report = Report { remarks, rate: problem.rate, ..Report::default() };
+    let findings = irregularities(&problem.plant).iter().map(Finding::from).collect();
+    let mut report = Report { findings, rate: problem.rate, ..Report::default() };
     match problem.rate {
         Some(rate) => {
             let slow = SlowOptions { back_off: options.back_off, ..SlowOptions::at(rate) };
@@ -115,9 +114,7 @@ fn at_any_rate(
                 // Symmetric scalings are a special case of both.
                 report.gamma = Some(both.min(least));
             }
-            Err(reason) => report
-                .remarks
-                .push(format!("the least gamma with symmetric scalings alone is not known: {reason}")),
+            Err(reason) => report.findings.push(findings::symmetric_unknown(&reason)),
         }
     }
     report.doubt_gamma();
@@ -131,8 +128,7 @@ fn at_bounded_rate(problem: &Problem, slow: SlowOptions, options: Options, repor
             if let (SynthesisError::Numerical { .. }, found @ Ok(_)) =
                 (&error, design(problem, options, false))
             {
-                report.rate = None;
-                report.remarks.push(format!("{FOR_ANY_RATE}: {error}"));
+                report.findings.push(findings::for_any_rate(report.rate.take(), &error));
                 return at_any_rate(problem, found, options, report);
             }
             // Lyapunov matrices of a higher order may exist in all other cases.
@@ -151,7 +147,7 @@ fn at_bounded_rate(problem: &Problem, slow: SlowOptions, options: Options, repor
     report.controller_states = Some(found.controller.a().nrows());
     let at_rate = rate(&found.bound, None);
     let Some(fast) = found.fast else {
-        report.remarks.push(NOT_FAST.into());
+        report.findings.push(findings::for_this_rate_only(slow.rate));
         let certificate = without_claims(&problem.plant, &found.controller);
         report.prove(Certificate { claims: vec![at_rate], ..certificate });
         return;
@@ -163,11 +159,6 @@ fn at_bounded_rate(problem: &Problem, slow: SlowOptions, options: Options, repor
     }
     report.prove(certificate);
 }
-
-const FOR_ANY_RATE: &str = "the controller is that for a parameter that moves at any rate, whose bound holds at this \
-    rate, too; the search at this rate failed";
-
-const NOT_FAST: &str = "the bound is for this rate only: none was found for a parameter that moves faster";
 
 /// Synthesises a controller, and removes states and channels if `reduce`. A controller that is too fast with all states
 /// may meet the limit with fewer.
@@ -213,7 +204,7 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     report.controller_states = Some(design.controller.a().nrows());
     if let Some(added) = &design.regularisation {
         report.regularised = true;
-        report.remarks.push(added.to_string());
+        report.findings.push(findings::regularised(added));
     }
     match certificate(problem, design) {
         Some(certificate) => report.prove(certificate),
@@ -312,7 +303,8 @@ mod tests {
         let (at_rate, at_any) = (found(Some(1.0)), found(None));
         assert_eq!((at_rate.status, at_rate.rate), (Status::Feasible, None));
         assert!(at_rate.certified_gamma.is_some() && at_rate.certified_gamma == at_any.certified_gamma);
-        assert_eq!(at_rate.remarks.len(), at_any.remarks.len() + 1);
+        assert_eq!(at_rate.findings.len(), at_any.findings.len() + 1);
+        assert!(at_rate.findings.iter().any(|one| one.kind == "for_any_rate" && one.value == Some(1.0)));
     }
 
     /// z is zero with every controller, or w has no effect.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypedDict
 
 import numpy as np
 
@@ -37,8 +37,19 @@ class HinfSynthesis(NamedTuple):
         return f"HinfSynthesis(gam={self.gam:.6g}, states={len(self.K.A)})"
 
 
+class Finding(TypedDict, total=False):
+    """Finding on a synthesis: its kind, the key with value and limit as far as known, and a sentence."""
+
+    kind: str
+    key: str
+    value: float
+    unit: str
+    limit: float
+    why: str
+
+
 class Proved(NamedTuple):
-    """`HinfSynthesis` with the lowest gamma found, remarks, and the proof.
+    """`HinfSynthesis` with the lowest gamma found, findings, and the proof.
 
     `is_least`: True if `gamma` is shown, in floating point, to be the least within 0.1 %; otherwise a better controller
     may exist.
@@ -47,7 +58,7 @@ class Proved(NamedTuple):
     synthesis: HinfSynthesis
     gamma: float
     is_least: bool
-    remarks: list[str]
+    findings: list[Finding]
     certificate: Certificate
 
 
@@ -85,7 +96,7 @@ def hinfsyn_proved(
     reduce: bool = False,
     progress: Progress | None = None,
 ) -> Proved:
-    """Return the result of `hinfsyn`, with the lowest gamma found, remarks and the certificate.
+    """Return the result of `hinfsyn`, with the lowest gamma found, findings and the certificate.
 
     A discrete-time plant is converted to continuous time by the bilinear transform, which preserves gains, and its
     controller is converted back. The proof is for the discrete-time loop.
@@ -114,7 +125,7 @@ def hinfsyn_proved(
     d12, d21 = (np.array(data[key]) for key in ("D12", "D21"))
     rcond = [_condition(d12), _condition(d21), float("nan"), float("nan")]
     found = HinfSynthesis(systems.given_back(k), systems.given_back(loop), report["certified_gamma"], rcond)
-    return Proved(found, report["gamma"], report["least"], report["remarks"], certificate)
+    return Proved(found, report["gamma"], report["least"], report["findings"], certificate)
 
 
 def _check_sizes(plant: StateSpace, nmeas: int, ncon: int) -> None:
@@ -338,7 +349,8 @@ def solve(
     if report["status"] == "infeasible":
         raise InfeasibleError(report["reason"])
     if controller is None or certificate is None:
-        raise NumericalError("; ".join([report["reason"] or "no controller was found", *report["remarks"]]))
+        why = [found["why"] for found in report["findings"]]
+        raise NumericalError("; ".join([report["reason"] or "no controller was found", *why]))
     return report, json.loads(controller), Certificate(certificate)
 
 
@@ -378,7 +390,7 @@ class LpvController:
 
 @dataclass(frozen=True)
 class LpvSynthesis:
-    """Result of `lpvsyn`: the controller, its proved gain, the lowest gamma found, remarks, and the proof.
+    """Result of `lpvsyn`: the controller, its proved gain, the lowest gamma found, findings, and the proof.
 
     `gam` is None if a gain is proved only with the rate bound: `gam_at_rate`. `is_least`: True if `gamma` is shown, in
     floating point, to be the least of the synthesis inequalities within 0.1 %.
@@ -389,7 +401,7 @@ class LpvSynthesis:
     gamma: float
     is_least: bool
     gam_at_rate: float | None
-    remarks: list[str]
+    findings: list[Finding]
     certificate: Certificate
 
 
@@ -434,7 +446,7 @@ def lpvsyn(
         report["gamma"],
         report["least"],
         report.get("certified_gamma_at_rate"),
-        report["remarks"],
+        report["findings"],
         certificate,
     )
 

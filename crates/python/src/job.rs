@@ -20,7 +20,7 @@ enum Message<T> {
 }
 
 /// Runs `work` on its own threads, one per core. `progress` is called with the kind of each event (`began`, `done`,
-/// `warning`), the stage and a text. If it raises, or Ctrl-C is pressed, this returns at once and the work ends at its
+/// `warning`), the stage or the kind of the finding, and a text. If it raises, or Ctrl-C is pressed, this returns at once and the work ends at its
 /// next step.
 ///
 /// # Errors
@@ -67,7 +67,7 @@ fn send_progress<T>(to: &Sender<Message<T>>, event: Event<'_>) {
     let (kind, stage, text) = match event {
         Event::Began { stage, what } => ("began", stage, what),
         Event::Done { stage, figures } => ("done", stage, figures),
-        Event::Warning { words } => ("warning", "", words),
+        Event::Warning(finding) => ("warning", finding.kind.as_str(), finding.why.as_str()),
         Event::Ended => return,
     };
     let _ = to.send(Message::Progress(kind, stage.to_owned(), text.to_owned()));

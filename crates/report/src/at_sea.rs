@@ -3,14 +3,15 @@
 use crate::error::Error;
 use crate::page::draw;
 use crate::record::panels;
-use crate::simulate::{early_end, heading, out_of_range};
+use crate::simulate::{heading, of_flight};
 use crate::subject::Step;
 use squid_auv::longitudinal::SPEED;
 use squid_base::files::Files;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::decimals;
 use squid_design::store::Stored;
-use squid_flight::flight::{Flight, Row, fly, fly_at_sea};
+use squid_finding::Finding;
+use squid_flight::flight::{Row, fly, fly_at_sea};
 use squid_flight::metrics::{FlightFigures, rms};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
@@ -30,6 +31,8 @@ pub struct Figures {
 /// Default manoeuvre at sea and in still water.
 #[derive(Debug, Clone)]
 pub struct Compared {
+    /// Flights that end at the surface or leave the range of speed.
+    pub findings: Vec<Finding>,
     /// Figures as text.
     pub words: String,
     /// Flight at sea.
@@ -65,11 +68,9 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     let figures = |rows: &[Row]| Figures::of(&rows[..common], step.index, &inputs.limits());
     let (at_sea, calm) = (figures(&flown.rows), figures(&still.rows));
     let duration = flown.rows[common - 1].time;
-    let of = |place: &str, flight: &Flight| {
-        early_end(place, flight.surfacing) + &out_of_range(place, &flight.rows, inputs)
-    };
-    let mut words = of("the sea", &flown) + &of("still water", &still);
-    words += &format!("The default manoeuvre from a depth of {depth} m, over {duration:.2} s\n");
+    let mut findings = of_flight("the flight at sea", &flown, inputs);
+    findings.extend(of_flight("still water", &still, inputs));
+    let mut words = format!("The default manoeuvre from a depth of {depth} m, over {duration:.2} s\n");
     words += &waves_met(sea, [manoeuvre.speed_from, manoeuvre.speed_to]);
     words += "                            still water       at sea\n";
     let line = |what: &str, of: &dyn Fn(&Figures) -> f64| {
@@ -81,7 +82,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     words += &line("largest actuator use (%)", &|f| 100.0 * f.actuator_use);
     words += &format!("\nRecord and plot: {}\n", directory.join("{sea.csv,sea.svg}").display());
     let surfacing = flown.surfacing.map(|surfacing| surfacing.time);
-    Ok(Compared { words, at_sea, still: calm, surfacing })
+    Ok(Compared { findings, words, at_sea, still: calm, surfacing })
 }
 
 /// Returns the encounter frequency of the wave peak at the two speeds of the manoeuvre, as text.

@@ -23,8 +23,7 @@ pub const STRONG: f64 = 0.2;
 pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread], gains: &[Gains]) -> String {
     let inputs = plan.first().inputs;
     let steered: Vec<&str> = plan.axes.iter().map(|axis| axis.steered_signal().name).collect();
-    let unproved = plan.axes.iter().filter_map(|axis| axis.stored.unproved(axis.inputs));
-    let unproved = unproved.reduce(|one, other| format!("{one}. {other}"));
+    let unproved = plan.axes.iter().filter_map(|axis| axis.stored.unproved(axis.inputs)).collect();
     let flown = if steered.len() > 1 { ", in six degrees of freedom" } else { "" };
     let where_ = match plan.identity.points {
         Points::Uniform => "all over",

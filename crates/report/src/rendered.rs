@@ -9,6 +9,7 @@ use squid_base::files::Files;
 use squid_base::progress::Progress;
 use squid_design::inputs::{Inputs, sha256};
 use squid_design::store::Stored;
+use squid_finding::Finding;
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 
@@ -20,8 +21,8 @@ pub const FILE: &str = "report.json";
 pub struct Rendered {
     /// Key of the inputs; see [`key`].
     key: Option<String>,
-    /// Warning for a design whose proof fails.
-    pub unproved: Option<String>,
+    /// Findings on proofs that fail.
+    pub unproved: Vec<Finding>,
     /// Verdict for a terminal.
     pub words: String,
     /// Program and input files.
@@ -96,7 +97,7 @@ pub fn rendered(
     let kept = std::fs::read_to_string(&path).ok();
     let kept = kept.and_then(|text| serde_json::from_str::<Rendered>(&text).ok());
     if let Some(kept) = kept.filter(|kept| key.is_some() && kept.key == key) {
-        kept.unproved.iter().for_each(|words| progress.warn(words));
+        kept.unproved.iter().for_each(|found| progress.warn(found));
         progress.done("report", "as it was computed for these files before");
         return Ok(kept);
     }
@@ -141,7 +142,7 @@ mod tests {
         file.set_modified(SystemTime::UNIX_EPOCH + Duration::from_hours(24 * 365 * 100)).unwrap();
         let inputs = Inputs::read(folder.path(), "design").unwrap().with_bandwidth(0.1).unwrap();
         assert_eq!(date(&inputs).as_deref(), Some("2069-12-07"));
-        let origin = Rendered::of(&Report::without_sections(&inputs, None)).origin;
+        let origin = Rendered::of(&Report::without_sections(&inputs, vec![])).origin;
         assert!(origin.contains(" design-bandwidth-0.1 "), "{origin}");
     }
 

@@ -14,6 +14,7 @@ use squid_base::progress::Progress;
 use squid_certificate::Theorem;
 use squid_design::inputs::{Inputs, sha256};
 use squid_design::store::Stored;
+use squid_finding::Finding;
 use std::time::Instant;
 
 /// Anchor and title of a section, and the function that computes it.
@@ -57,10 +58,8 @@ const BRIEF: [&str; 4] = ["verdict", "steps", "flown", "theorem"];
 pub struct Report {
     /// Title of the page.
     pub heading: String,
-    /// Warnings, shown first.
-    pub warning: Option<String>,
-    /// Part of the warning on the proof.
-    pub unproved: Option<String>,
+    /// Findings on proofs that fail.
+    pub unproved: Vec<Finding>,
     /// Part of the warning on the vehicle.
     pub surrogate: Option<String>,
     /// Program and input files.
@@ -117,9 +116,9 @@ pub fn brief(axes: &[Proved<'_>], full_command: &str, progress: &Progress) -> Re
 fn with_sections(subject: &Subject, makers: &[&Maker]) -> Report {
     let progress = subject.progress;
     let make = |&(id, title, of): &Maker| section(progress, (id, title), || of(subject));
-    // The remark on the proof comes first, so that it is read before any figure.
-    let unproved = subject.stored.remark(subject.proof());
-    unproved.iter().for_each(|words| progress.warn(words));
+    // The finding on the proof comes first, so that it is read before any figure.
+    let unproved: Vec<Finding> = subject.stored.unproved_by(subject.proof()).into_iter().collect();
+    unproved.iter().for_each(|found| progress.warn(found));
     // The slowest sections start first, so that the others run in parallel.
     let lateral = subject.inputs.design.view().is_level_held;
     let applies = |maker: &&Maker| !(lateral && OF_THE_VERTICAL_PLANE.contains(&maker.0));
@@ -165,7 +164,7 @@ fn origin(inputs: &Inputs) -> String {
 
 impl Report {
     /// Returns the report before any computation: vehicle, design and warnings.
-    pub(crate) fn without_sections(inputs: &Inputs, unproved: Option<String>) -> Self {
+    pub(crate) fn without_sections(inputs: &Inputs, unproved: Vec<Finding>) -> Self {
         let vehicle = &inputs.vehicle;
         let surrogate = (vehicle.status == Status::Surrogate).then(|| {
             format!(
@@ -186,7 +185,6 @@ impl Report {
         ];
         Self {
             heading: format!("Report: {subject}"),
-            warning: join(unproved.clone(), surrogate.clone()),
             unproved,
             surrogate,
             origin: origin(inputs),
@@ -204,22 +202,30 @@ impl Report {
         let mut all: Option<Self> = None;
         for (axis, report) in axes {
             let own = |section: Section| if several { section.of_axis(axis) } else { section };
-            let named = |words: String| if several { format!("{axis}: {words}") } else { words };
+            let named = |found: Finding| match several {
+                true => Finding { key: axis.into(), why: format!("{axis}: {}", found.why), ..found },
+                false => found,
+            };
             let sections: Vec<Section> = report.sections.into_iter().map(own).collect();
-            let unproved = report.unproved.map(named);
+            let unproved = report.unproved.into_iter().map(named).collect();
             match &mut all {
                 None => all = Some(Self { sections, unproved, ..report }),
                 Some(all) => {
                     all.sections.extend(sections);
                     all.words += &report.words;
-                    all.unproved = join(all.unproved.take(), unproved);
+                    all.unproved.extend(unproved);
                 }
             }
         }
         let mut all = all?;
         all.sections.splice(0..0, of_all);
-        all.warning = join(all.unproved.clone(), all.surrogate.clone());
         Some(all)
+    }
+
+    /// Returns the warnings that are shown first, in one paragraph.
+    pub fn warning(&self) -> Option<String> {
+        let unproved = self.unproved.iter().map(ToString::to_string);
+        unproved.chain(self.surrogate.clone()).reduce(|first, second| format!("{first}. {second}"))
     }
 
     /// Returns all figures.
@@ -227,11 +233,6 @@ impl Report {
         let parts = self.sections.iter().flat_map(|section| &section.parts);
         parts.filter_map(|part| if let Part::Figure(figure) = part { Some(figure) } else { None })
     }
-}
-
-/// Joins two warnings.
-fn join(first: Option<String>, second: Option<String>) -> Option<String> {
-    first.into_iter().chain(second).reduce(|first, second| format!("{first}. {second}"))
 }
 
 #[cfg(test)]
@@ -244,7 +245,7 @@ mod tests {
     fn surrogate_warning_names_the_vehicle() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let mut inputs = Inputs::read(&vehicles.join("squid"), "design").unwrap();
-        let warning = |inputs: &Inputs| Report::without_sections(inputs, None).warning;
+        let warning = |inputs: &Inputs| Report::without_sections(inputs, vec![]).warning();
         for name in ["squid", "otter"] {
             name.clone_into(&mut inputs.vehicle.name);
             let expected = format!(

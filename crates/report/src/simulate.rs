@@ -10,7 +10,8 @@ use squid_design::fit::frequency;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::{decimals, readable};
 use squid_design::store::Stored;
-use squid_flight::flight::{ActuatorStep, Row, Surfacing, fly, fly_open_loop};
+use squid_finding::Finding;
+use squid_flight::flight::{ActuatorStep, Flight, Row, Surfacing, fly, fly_open_loop};
 use squid_flight::metrics::{SETTLED, StepFigures};
 use squid_flight::record::Record;
 use squid_scheduled::Manoeuvre;
@@ -22,6 +23,8 @@ const STEP_SPEEDS: usize = 6;
 /// Results of the simulations.
 #[derive(Debug, Clone)]
 pub struct Flown {
+    /// Flights that end at the surface or leave the range of speed.
+    pub findings: Vec<Finding>,
     /// Figures as text.
     pub words: String,
     /// Speed of each step, m/s, and its figures.
@@ -41,13 +44,12 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
         draw(&path, title, panels).map(|svg| files.add(path, svg))
     };
     let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), manoeuvre)?;
-    let mut out = early_end("the default manoeuvre", flight.surfacing)
-        + &out_of_range("the default manoeuvre", &flight.rows, inputs);
+    let mut findings = of_flight("the default manoeuvre", &flight, inputs);
     let record = Record::of(&flight, &inputs.vehicle.actuators, &stored.controller);
     let title = format!("{}, {}: the default manoeuvre", heading(inputs), inputs.design.source());
     plot("flight.svg", &title, &panels(&record, &inputs.vehicle.actuators))?;
     let stepped = Step::of(inputs, manoeuvre);
-    out += &format!(
+    let mut out = format!(
         "{} step at constant speed, nonlinear vehicle and sampled autopilot\n",
         capital(stepped.name)
     );
@@ -56,7 +58,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
             m/s   actuator use %\n",
         100.0 * SETTLED
     );
-    let (mut responses, mut steps, mut ended) = (Vec::new(), Vec::new(), String::new());
+    let (mut responses, mut steps) = (Vec::new(), Vec::new());
     for speed in inputs.design.spread(STEP_SPEEDS) {
         let step = Manoeuvre {
             speed_from: speed,
@@ -66,17 +68,12 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
             ..manoeuvre.with_step(stepped.name, stepped.height)
         };
         let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &step)?;
-        ended += &early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing);
+        findings.extend(early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing));
         let timed = (step.step_time, stepped.height);
         let figures = StepFigures::of_flight(&flown, stepped.index, timed, &inputs.limits());
         out += &figures_line(speed, &figures);
         steps.push((speed, figures));
         responses.push((speed, flown.rows));
-    }
-    if !ended.is_empty() {
-        out += &format!(
-            "\n{ended}The figures of such a flight are those of its record until then; - is not known.\n"
-        );
     }
     let (heading, source) = (heading(inputs), inputs.design.source());
     let title = format!("{heading}, {source}: {} steps at constant speed", stepped.name);
@@ -90,18 +87,27 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
         "\nRecords and plots: {}\n",
         directory.join("{flight.csv,flight.svg,steps.svg,open_loop.svg}").display()
     );
-    Ok(Flown { words: out, steps })
+    Ok(Flown { findings, words: out, steps })
 }
 
-/// Returns a sentence if a flight ended at the surface, otherwise nothing.
-pub(crate) fn early_end(flight: &str, surfacing: Option<Surfacing>) -> String {
-    let words =
-        |s| format!("In {flight} {s}, and the flight ends there: its equations are those of deep water.\n");
-    surfacing.map(words).unwrap_or_default()
+/// Returns the findings on a flight: its end at the surface, and a speed outside the range of the design.
+pub(crate) fn of_flight(name: &str, flight: &Flight, inputs: &Inputs) -> Vec<Finding> {
+    early_end(name, flight.surfacing).into_iter().chain(out_of_range(name, &flight.rows, inputs)).collect()
 }
 
-/// Returns a warning, with extent and duration, if the speed along the path was outside the range of the design.
-pub(crate) fn out_of_range(flight: &str, rows: &[Row], inputs: &Inputs) -> String {
+/// Returns a finding if a flight ended at the surface.
+pub(crate) fn early_end(flight: &str, surfacing: Option<Surfacing>) -> Option<Finding> {
+    surfacing.map(|surfacing| {
+        let why = format!(
+            "in {flight} {surfacing}, and the flight ends there, because its equations are those of deep water; the \
+             figures are those until then, - is not known"
+        );
+        Finding::new("surfaced", flight, why).value(surfacing.time, "s")
+    })
+}
+
+/// Returns a finding, with extent and duration, if the speed along the path was outside the range of the design.
+fn out_of_range(flight: &str, rows: &[Row], inputs: &Inputs) -> Option<Finding> {
     let (low, high) = (inputs.design.speed_min, inputs.design.speed_max);
     let along = |row: &Row| {
         let heave = inputs.design.interface.index("heave");
@@ -110,16 +116,19 @@ pub(crate) fn out_of_range(flight: &str, rows: &[Row], inputs: &Inputs) -> Strin
     };
     let outside: Vec<f64> = rows.iter().map(along).filter(|speed| !(low..=high).contains(speed)).collect();
     if outside.is_empty() {
-        return String::new();
+        return None;
     }
+    let share = 100.0 * outside.len() as f64 / rows.len() as f64;
     let (slowest, fastest) = extent(outside.iter().copied());
-    format!(
-        "WARNING: in {flight} the speed is outside the range of the design, {low} to {high} m/s, during {} % of the \
-         time:\n{} to {} m/s. What is proved holds inside the range.\n",
-        decimals(100.0 * outside.len() as f64 / rows.len() as f64, 1),
+    let why = format!(
+        "in {flight} the speed is outside the range of the design, {low} to {high} m/s, during {} % of the time: {} to \
+         {} m/s; what is proved holds inside the range",
+        decimals(share, 1),
         decimals(slowest, 2),
         decimals(fastest, 2)
-    )
+    );
+    let (value, limit) = if fastest > high { (fastest, high) } else { (slowest, low) };
+    Some(Finding::new("outside_speed_range", flight, why).value(value, "m/s").limit(limit))
 }
 
 pub(crate) fn heading(inputs: &Inputs) -> String {

@@ -1,7 +1,7 @@
 //! Simulations in six degrees of freedom of a vehicle with a design of pitch or depth and one of heading.
 
 use crate::error::Error;
-use crate::page::{Chart, Curve, Figure, Key, Part, Section, Table, draw, known};
+use crate::page::{Chart, Curve, Figure, Key, Part, Section, Table, capital, draw, known};
 use crate::record::panels;
 use crate::simulate::early_end;
 use crate::threads::in_parallel;
@@ -168,7 +168,7 @@ impl Turns {
     pub fn section(&self, axes: Axes<'_>) -> Section {
         let mut table = Table::new(HEAD);
         table.rows = self.turned.iter().map(|one| one.cells().to_vec()).collect();
-        let mut words = self.remarks();
+        let mut words = self.notes();
         words.insert(0, format!("{}. {NOTES}", self.title(axes)));
         let mut parts: Vec<Part> = vec![Part::Table(table)];
         parts.extend(words.into_iter().map(Part::Words));
@@ -221,11 +221,10 @@ impl Turns {
         )
     }
 
-    /// Returns remarks on flights that end at the surface, and on the waves.
-    fn remarks(&self) -> Vec<String> {
+    /// Returns notes on flights that end at the surface, and on the waves.
+    fn notes(&self) -> Vec<String> {
         let early = early_end("the flight on the ramp of speed", self.surfacing);
-        let mut out: Vec<String> =
-            (!early.is_empty()).then_some(early.trim_end().to_owned()).into_iter().collect();
+        let mut out: Vec<String> = early.iter().map(|found| capital(&found.why)).collect();
         out.extend(self.turned.iter().filter_map(|one| {
             Some(format!(
                 "At {:.2} m/s the vehicle reaches the surface at {:.2} s; the figures are of the flight up to there.",
@@ -249,7 +248,7 @@ impl Turns {
     }
 
     fn words(&self, axes: Axes<'_>) -> String {
-        let mut out: String = self.remarks().iter().map(|line| format!("{line}\n")).collect();
+        let mut out: String = self.notes().iter().map(|line| format!("{line}\n")).collect();
         out += &format!(
             "{}\n\n\
              \x20 speed   settled (2 %)   overshoot   depth moved   speed lost    roll       travel   stable to\n\

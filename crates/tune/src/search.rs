@@ -25,10 +25,11 @@ use crate::knob::Knob;
 use rayon::prelude::*;
 use squid_base::progress::Progress;
 use squid_design::fit::Model;
-use squid_design::fit::authority::remarks;
+use squid_design::fit::authority;
 use squid_design::inputs::Inputs;
 use squid_design::run::Finished;
 use squid_design::verdict::Verdict;
+use squid_finding::Finding;
 use std::sync::{Mutex, PoisonError};
 
 /// First step of the logarithm of a factor.
@@ -62,7 +63,7 @@ pub struct Tuned {
     /// meet the requirements, or of all if none does.
     pub front: Vec<(Candidate, CandidateStatus)>,
     /// Limits of the actuators on the written design that no controller can overcome, by the linear model.
-    pub limits: Vec<String>,
+    pub limits: Vec<Finding>,
 }
 
 /// Status of a candidate after a search.
@@ -102,7 +103,7 @@ pub fn search(inputs: &Inputs, text: &str, designs: usize, progress: &Progress) 
     let front = front.into_iter().map(|t| (t.clone(), search.status(&t, &judged))).collect();
     let (text, finished) = chosen;
     let design = inputs.design.parse_again(&text)?;
-    let limits = remarks(&inputs.vehicle.actuators, &design, &finished.model);
+    let limits = authority::findings(&inputs.vehicle.actuators, &design, &finished.model);
     Ok(Tuned { text, finished, tried: tried.len(), ended, front, limits })
 }
 

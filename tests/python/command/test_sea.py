@@ -171,7 +171,7 @@ def test_a_flight_that_leaves_the_range_of_speed_says_so(
     sea = tmp_path / "sea.toml"
     sea.write_text('seed = 1\n[[sensor]]\nsignal = "speed"\nunit = "m/s"\nbias = 0.3\n', encoding="utf-8")
     folder = Path(shutil.copytree(designed, tmp_path / "out"))
-    done = run_squid("simulate", PITCHING, "--sea", sea, "--out", folder)
+    done = run_squid("simulate", PITCHING, "--sea", sea, "--out", folder, "--json")
     assert done.returncode == 0, done.stderr
     with (folder / "sea.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -181,11 +181,13 @@ def test_a_flight_that_leaves_the_range_of_speed_says_so(
     outside = speeds[speeds < 1.4]
     assert 0 < len(outside) < len(rows)
     # Only the flight in the sea is warned of: with the range, the share of the time, and the speeds outside.
-    (warning,) = re.findall(r"WARNING.*?\. What[^.]*\.", done.stdout, re.DOTALL)
+    (warning,) = json.loads(done.stdout)["warnings"]
+    assert (warning["kind"], warning["limit"]) == ("outside_speed_range", 1.4)
+    assert warning["value"] == pytest.approx(outside.min(), abs=1e-9)
     share = 100.0 * len(outside) / len(rows)
     expected = ["1.4", "2.2", f"{share:.1f}", f"{outside.min():.2f}", f"{outside.max():.2f}"]
-    assert re.findall(r"\d+\.\d+", warning)[:5] == expected
-    assert masked(warning) == snapshot
+    assert re.findall(r"\d+\.\d+", warning["why"])[:5] == expected
+    assert masked(warning["why"]) == snapshot
 
 
 def test_what_is_said_is_what_was_flown(run_squid: Run, designed: Path, tmp_path: Path) -> None:

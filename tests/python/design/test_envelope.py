@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 import shutil
 from pathlib import Path
 
@@ -221,10 +220,11 @@ def test_an_envelope_without_room_for_the_default_flight_is_said(
     vehicle = Path(shutil.copytree(quick_vehicle, tmp_path / "squid"))
     with (vehicle / "design.toml").open("a", encoding="utf-8") as file:
         file.write('\n[envelope]\npitch = [-1.0, 1.0]\nunit = "deg"\n')
-    done = run_squid("design", vehicle, "--out", tmp_path / "out")
+    done = run_squid("design", vehicle, "--out", tmp_path / "out", "--json")
     assert done.returncode == 0, done.stderr
-    (warning,) = re.findall(r"WARNING.*", done.stdout)
-    assert masked(warning) == snapshot
+    (warning,) = json.loads(done.stdout)["warnings"]
+    assert (warning["kind"], warning["unit"]) == ("step_limited", "deg") and warning["limit"] < warning["value"]
+    assert masked(warning["why"]) == snapshot
     # Level flight, at -6 deg at the slowest speed, stays within the allowed references.
     controller = frozen(tmp_path / "out")
     least, largest = over_speed(controller, controller["envelope"]["pitch"]["range"])

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from claims import claim
-from conftest import Run, masked, messages, named
+from conftest import Run, kinds, masked, messages, named
 from fly.stages import ROOT
 from syrupy.assertion import SnapshotAssertion
 
@@ -76,7 +76,7 @@ def test_check_answers_with_one_object(run_squid: Run, tmp_path: Path, snapshot:
 def test_back_off_is_told(run_squid: Run, tmp_path: Path, case: dict, snapshot: SnapshotAssertion) -> None:
     """The report states the gamma at which the controller was built, and its distance from the least."""
     _, report, _ = synth(run_squid, tmp_path / "p.json", case, "--back-off", "0.25")
-    assert report["back_off"] == pytest.approx(0.25, abs=1e-6) and report["remarks"] == []
+    assert report["back_off"] == pytest.approx(0.25, abs=1e-6) and report["findings"] == []
     assert report["gamma_design"] == pytest.approx(1.25 * report["gamma"], rel=1e-6)
     assert masked(run_squid("lpv", "synth", CASE, "--back-off", "0.25").stdout) == snapshot
 
@@ -193,7 +193,7 @@ def test_controllers_that_are_too_fast(
     assert (code, report["status"]) == (4, "too_fast")
     assert masked(report["reason"]) == snapshot
     assert report["gamma"] == pytest.approx(2.0354532, rel=1e-5) and report["certified_gamma"] is None
-    assert report["remarks"] == []
+    assert report["findings"] == []
 
 
 def test_limit_on_the_fastest_mode_holds_after_reduction(run_squid: Run, tmp_path: Path) -> None:
@@ -219,7 +219,7 @@ def zeros(rows: list[list[float]]) -> list[list[float]]:
     return [[0.0] * len(row) for row in rows]
 
 
-def test_remarks_on_what_has_no_price(
+def test_finds_what_has_no_price(
     run_squid: Run, tmp_path: Path, case: dict, snapshot: SnapshotAssertion
 ) -> None:
     """A control without weight and a measurement without noise are reported, whatever the outcome."""
@@ -227,9 +227,9 @@ def test_remarks_on_what_has_no_price(
     p["D12"], p["D21"] = zeros(p["D12"]), zeros(p["D21"])
     code, report, _ = synth(run_squid, tmp_path / "p.json", case)
     assert (code, report["status"]) == (0, "feasible")
-    assert report["remarks"] == snapshot
+    assert report["findings"] == snapshot
     shown = run_squid("lpv", "synth", tmp_path / "p.json").stdout
-    assert all(f"  remark: {remark}\n" in shown for remark in report["remarks"])
+    assert all(f"  note: {found['why']}\n" in shown for found in report["findings"])
 
 
 ASKED_BACK_OFF = 0.1
@@ -250,8 +250,8 @@ def test_singular_problem(run_squid: Run, tmp_path: Path, path: Path) -> None:
     assert report["gamma_lower"] is None or report["gamma_lower"] <= report["gamma"]
     most = 1 + ASKED_BACK_OFF + PROOF_ROUNDING
     assert report["gamma"] <= report["certified_gamma"] <= most * report["gamma"]
-    for remark in (remark for remark in report["remarks"] if "(weight)" in remark):
-        assert "u1 (weight)" in remark and ("y1 (noise)" in remark or np.any(plant["D21"][0]))
+    for why in (found["why"] for found in report["findings"] if found["kind"] == "regularised"):
+        assert "u1 (weight)" in why and ("y1 (noise)" in why or np.any(plant["D21"][0]))
     assert run_squid("lpv", "check", path, tmp_path / "certificate.json").returncode == 0
 
 
@@ -264,18 +264,18 @@ def test_singular_problem_without_a_least_gamma(
     code, report, _ = synth(run_squid, tmp_path / "p.json", problem)
     assert (code, report["status"]) == (0, "feasible")
     assert report["gamma"] < 1e-6 * report["certified_gamma"] < 1e-6 and report["back_off"] is None
-    assert any("u1 (weight)" in remark for remark in report["remarks"])
-    assert report["remarks"][-1] == snapshot
+    assert "regularised" in kinds(report) and kinds(report)[-1] == "gamma_is_zero"
+    assert report["findings"][-1]["why"] == snapshot
 
 
 def test_what_was_added_is_told_to_people(run_squid: Run, snapshot: SnapshotAssertion) -> None:
-    """The text has the remark in addition to the proof."""
+    """The text names what was added besides the proof."""
     done = run_squid("lpv", "synth", CASE.parent / "singular" / "five_states_one_control.json")
     assert done.returncode == 0 and masked(done.stdout) == snapshot
 
 
-def test_remarks_stand_beside_any_outcome(run_squid: Run, tmp_path: Path, case: dict) -> None:
-    """The text has remarks on the problem in addition to any outcome."""
+def test_findings_accompany_any_outcome(run_squid: Run, tmp_path: Path, case: dict) -> None:
+    """The text has the findings on the problem with any outcome."""
     p = case["data"]["P"]
     p["D12"] = zeros(p["D12"])
     path = tmp_path / "p.json"
@@ -283,7 +283,8 @@ def test_remarks_stand_beside_any_outcome(run_squid: Run, tmp_path: Path, case: 
         found, report, _ = synth(run_squid, path, case, *options)
         shown = run_squid("lpv", "synth", path, *options)
         assert (found, shown.returncode) == (code, code)
-        assert "D12" in report["remarks"][0] and f"  remark: {report['remarks'][0]}\n" in shown.stdout
+        first = report["findings"][0]
+        assert first["kind"] == "unweighted_control" and f"  note: {first['why']}\n" in shown.stdout
 
 
 @pytest.mark.parametrize(
@@ -375,7 +376,7 @@ def test_direct_path(run_squid: Run, tmp_path: Path, case: dict) -> None:
     p["D22"] = [[-1.5]]
     code, report, _ = synth(run_squid, tmp_path / "p.json", case, "--out", str(tmp_path))
     assert (code, report["status"]) == (0, "feasible")
-    assert report["gamma"] == pytest.approx(2.0354532, rel=1e-5) and report["remarks"] == []
+    assert report["gamma"] == pytest.approx(2.0354532, rel=1e-5) and report["findings"] == []
     k = json.loads((tmp_path / "controller.json").read_text(encoding="utf-8"))
     n, nk = len(p["A"]), len(k["A"])
     for theta in np.linspace(-1.0, 1.0, 9):

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from conftest import Run, named
+from conftest import Run, kinds, named
 from fly.stages import ROOT
 from syrupy.assertion import SnapshotAssertion
 from test_lpv import refused
@@ -49,7 +49,7 @@ def test_static_output_feedback_is_proved(
     assert found["controller_states"] == 0
     assert 0.0736 < found["certified_gamma"] < 0.1556
     assert not found["least"]
-    assert found["remarks"][-1] == snapshot
+    assert kinds(found)[-1] == "local_search"
     checked = run_squid("lpv", "check", case, tmp_path / "certificate.json")
     assert checked.returncode == 0, checked.stderr
 

@@ -4,7 +4,7 @@ mod fmus;
 
 use crate::cli::{Campaign, MOST_FLIGHTS, Selected, Where, Which, read_sea};
 use crate::error::Error;
-use crate::output::{answer, json, say, say_path};
+use crate::output::{answer, json, say, say_path, warn};
 use crate::progress::{counter, show};
 use crate::verbs::design::load_or_design;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -143,10 +143,7 @@ pub fn run(which: &Which, options: &Campaign) -> Result<(), Error> {
         )?);
     }
     if options.only.is_none() {
-        designs
-            .iter()
-            .filter_map(|(inputs, stored)| stored.unproved(inputs))
-            .for_each(|warning| say(&warning));
+        designs.iter().filter_map(|(inputs, stored)| stored.unproved(inputs)).for_each(|found| warn(&found));
     }
     write(&to.join(ABOUT), json(&about)?.as_bytes())?;
     let flown = flights.end - flights.start - left;

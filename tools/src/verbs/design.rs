@@ -3,13 +3,13 @@
 use crate::cli::{Design, Selected, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
-use crate::progress::{Deferred, show};
+use crate::progress::show;
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Value, json};
 use squid_base::files::read;
 use squid_base::numbers::percent;
-use squid_base::progress::{Event, Progress};
+use squid_base::progress::{Progress, Results};
 use squid_campaign::flight::Outcome;
 use squid_campaign::plan::{Plan, Points};
 use squid_design::certify::constant::{CERTIFICATE as CONSTANT_CERTIFICATE, constant};
@@ -39,12 +39,12 @@ pub fn run(which: &Which, options: &Design) -> Result<(), Error> {
     }
     let finished =
         side_by_side(&axes, |inputs, directory, progress| design_axis(inputs, directory, options, progress));
-    for (index, (deferred, finished)) in finished.into_iter().enumerate() {
+    for (index, (reported, finished)) in finished.into_iter().enumerate() {
         let (inputs, directory) = &axes[index];
         if axes.len() > 1 && index > 0 {
             say(&format!("\nAxis of {}", inputs.design.steered_signal()));
         }
-        deferred.show();
+        reported.report(&Progress::new(&show));
         results.push(finished.and_then(|finished| {
             stored.push((inputs, Stored::of(&finished.frozen, inputs)));
             report_axis((inputs, directory), finished, options)
@@ -71,13 +71,13 @@ pub fn run(which: &Which, options: &Design) -> Result<(), Error> {
 fn side_by_side<T: Send>(
     axes: &[(Inputs, PathBuf)],
     each: impl Fn(&Inputs, &Path, &Progress<'_>) -> T + Sync,
-) -> Vec<(Deferred, T)> {
-    let one = |(index, (inputs, directory)): (usize, &(Inputs, PathBuf))| {
-        let deferred = Deferred::default();
-        let store = |event: Event| deferred.store(event);
-        let progress = if index == 0 { Progress::new(&show) } else { Progress::new(&store) };
-        let done = each(inputs, directory, &progress);
-        (deferred, done)
+) -> Vec<(Results, T)> {
+    let one = |(index, (inputs, directory)): (usize, &(Inputs, PathBuf))| match index {
+        0 => (Results::default(), each(inputs, directory, &Progress::new(&show))),
+        _ => {
+            let (done, results) = Results::collect(|progress| each(inputs, directory, progress));
+            (results, done)
+        }
     };
     axes.par_iter().enumerate().map(one).collect()
 }
@@ -250,8 +250,8 @@ fn design_axis(
 /// # Errors
 /// Errors of the files and of the stages; [`StoreError::Stale`] if a new design would lack results of the old one.
 pub fn load_or_design(axes: &[(Inputs, PathBuf)]) -> Result<Vec<Stored>, Error> {
-    let one = |(deferred, stored): (Deferred, Result<Stored, Error>)| {
-        deferred.show();
+    let one = |(results, stored): (Results, Result<Stored, Error>)| {
+        results.report(&Progress::new(&show));
         stored
     };
     side_by_side(axes, load_or_design_one).into_iter().map(one).collect()

@@ -73,7 +73,7 @@ pub fn run(which: &Which, paper: bool, sea: Option<&Path>, beside: &[String]) ->
     say(&format!("\n{}", found.words));
     let page = found.save(first, &directory)?;
     say_path(&page);
-    Ok(answer(&json!({ "report": page, "unproved": found.unproved, "said": found.words }))?)
+    Ok(answer(&json!({ "report": page, "verdict": found.words }))?)
 }
 
 /// Reads the files of other designs of the vehicle, each with its directory: the default one, or one below `--out`.

@@ -7,7 +7,7 @@ mod values;
 
 use crate::cli::{Selected, Show, Which, read_vehicle};
 use crate::error::Error;
-use crate::output::{answer, answer_each, say};
+use crate::output::{answer, answer_each, say, warn};
 use crate::progress::show;
 use serde_json::{Map, Value, json};
 use squid_auv::{Lateral, Pitch, Vehicle};
@@ -69,8 +69,7 @@ fn show_axis(
         (options.controller || all).then(|| shown_controller(inputs, stored.as_ref(), directory));
     let controller = controller.transpose()?;
     let unproved = stored.and_then(|stored| stored.unproved(inputs));
-    unproved.iter().for_each(|warning| say(warning));
-    inputs.remarks().iter().for_each(|remark| say(&format!("WARNING: {remark}")));
+    unproved.iter().chain(&inputs.findings()).for_each(warn);
     let mut shown = Map::new();
     if inputs.design.axis.is_some() {
         shown.insert("axis".into(), json!(inputs.design.steered_signal()));
@@ -123,7 +122,7 @@ fn vehicle_alone(which: &Which) -> Result<Option<Vehicle>, Error> {
 /// Prints trim, A, B and eigenvalues of a vehicle without a design, at the depth for which its buoyancy is given.
 fn show_vehicle(six_dof: &Vehicle, speed: f64) -> Result<(), Error> {
     let vehicle = &six_dof.in_plane();
-    six_dof.remarks().iter().for_each(|remark| say(&format!("WARNING: {remark}")));
+    six_dof.findings().iter().for_each(warn);
     let depth = vehicle.coefficients.reference_depth;
     let found = linearise::linearise_vehicle(vehicle, depth, speed)?;
     say(&tables::speed(vehicle, &found));

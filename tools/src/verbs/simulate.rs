@@ -2,7 +2,7 @@
 
 use crate::cli::{Selected, Which, read_sea};
 use crate::error::Error;
-use crate::output::{answer, say};
+use crate::output::{answer, say, warn};
 use crate::progress::show;
 use crate::verbs::design::load_or_design;
 use serde_json::{Value, json};
@@ -43,7 +43,7 @@ pub fn run(
     let sea = sea.map(|path| read_sea(path, &axes[0].0)).transpose()?;
     let stored = load_or_design(&axes)?;
     for ((inputs, _), own) in axes.iter().zip(&stored) {
-        own.unproved(inputs).iter().for_each(|text| say(text));
+        own.unproved(inputs).iter().for_each(warn);
     }
     let mut found = vec![];
     for ((inputs, directory), stored) in axes.iter().zip(&stored) {
@@ -92,6 +92,7 @@ fn simulate_axis(
     if let Some(sea) = sea {
         let flown = at_sea::run(inputs, stored, sea, directory)?;
         drop(running);
+        flown.findings.iter().for_each(warn);
         say(flown.words.trim_end());
         let [at_sea, still] = [flown.at_sea, flown.still].map(|figures| errors(inputs, &figures));
         let surfacing = flown.surfacing;
@@ -101,6 +102,7 @@ fn simulate_axis(
     }
     let flown = simulate::run(inputs, stored, directory)?;
     drop(running);
+    flown.findings.iter().for_each(warn);
     say(flown.words.trim_end());
     let steps: Vec<Value> = flown.steps.iter().map(step).collect();
     Ok(json!({ "directory": directory, "steps": steps }))

@@ -47,9 +47,7 @@ pub fn run(
     let written = vehicle.join(format!("{name}.toml"));
     check_directory(vehicle)?;
     let progress = Progress::new(&show);
-    let mut remarks: Vec<String> = axes.iter().flat_map(Inputs::remarks).collect();
-    remarks.dedup();
-    remarks.iter().for_each(|text| progress.done("", &format!("WARNING: {text}")));
+    axes.iter().flat_map(Inputs::findings).for_each(|found| progress.warn(&found));
     let (mut text, mut figures, mut missed) = (text, vec![], vec![]);
     for inputs in &axes {
         if axes.len() > 1 {

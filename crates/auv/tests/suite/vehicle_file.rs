@@ -446,21 +446,21 @@ fn rejects_impossible_inertia_and_deflection() {
     let messages = [
         message("a light hull", &light.0, (light.1, "I_yy")),
         message("13.6 rad", &radians.0, (radians.1, "control_surface.max")),
-        small.remarks().join("\n"),
-        remark(REMUS, (limit, "max = { value = 60, unit = \"deg\"")),
+        small.findings().iter().map(ToString::to_string).collect(),
+        finding(REMUS, (limit, "max = { value = 60, unit = \"deg\"")),
     ];
     insta::assert_snapshot!(messages.join("\n\n"));
 }
 
-/// Changes that are allowed but improbable get a remark each; the vehicles of this repository get none.
+/// Changes that are allowed but improbable give a finding each; the vehicles of this repository give none.
 #[test]
-fn remarks_on_improbable_changes() {
+fn finds_improbable_changes() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let shipped = ["squid", "remus100", "lauv", "tethys", "sparus2", "bluerov2_heavy"];
     let files = shipped.map(|name| format!("vehicles/{name}/vehicle.toml"));
     for file in files.iter().map(String::as_str).chain(["tests/vehicles/nps_auv_ii/vehicle.toml"]) {
         let text = std::fs::read_to_string(root.join(file)).unwrap();
-        assert_eq!(Vehicle::parse(&text, file).unwrap().remarks(), [""; 0], "{file}");
+        assert_eq!(Vehicle::parse(&text, file).unwrap().findings(), [], "{file}");
     }
     let squid = [
         ("z_G = { value = 0.03,", "z_G = { value = -0.03,"),
@@ -491,17 +491,17 @@ fn remarks_on_improbable_changes() {
              M_q = { value = -3.1, unit = \"kg.m2/s\", source = \"s\" }",
         ),
     ];
-    let of_squid = squid.into_iter().map(|change| remark(SQUID, change));
-    let remarks: Vec<_> = of_squid.chain(remus.into_iter().map(|change| remark(REMUS, change))).collect();
-    insta::assert_snapshot!(remarks.join("\n\n"));
+    let of_squid = squid.into_iter().map(|change| finding(SQUID, change));
+    let all: Vec<_> = of_squid.chain(remus.into_iter().map(|change| finding(REMUS, change))).collect();
+    insta::assert_snapshot!(all.join("\n\n"));
 }
 
-/// Returns the only remark on a file with a change, below the change.
-fn remark(text: &str, (from, to): (&str, &str)) -> String {
+/// Returns the only finding on a file with a change, below the change.
+fn finding(text: &str, (from, to): (&str, &str)) -> String {
     assert!(text.contains(from), "{from}");
-    let remarks = Vehicle::parse(&text.replacen(from, to, 1), "vehicle.toml").unwrap().remarks();
-    assert_eq!(remarks.len(), 1, "{remarks:?}");
-    format!("{}:\n{}", to, remarks[0])
+    let found = Vehicle::parse(&text.replacen(from, to, 1), "vehicle.toml").unwrap().findings();
+    let [one] = &found[..] else { panic!("{from}: {found:?}") };
+    format!("{to}:\n{} of {}: {one}", one.kind, one.key)
 }
 
 /// Common mistakes in a first file have specific messages.

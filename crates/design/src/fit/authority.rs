@@ -5,11 +5,12 @@
 //! at r. If these are insufficient, the actuators saturate, whatever the weights.
 
 use crate::axis::Linearisation;
+use crate::findings::{fast_reference, steep_path, step_not_held};
 use crate::fit::Model;
 use crate::inputs::design_file::{DesignFile, Tracked};
-use crate::numbers::{readable, rounded_down};
 use squid_auv::longitudinal::{turn_rate, turning};
-use squid_auv::{Actuator, Pitch, rounded};
+use squid_auv::{Actuator, Pitch};
+use squid_finding::Finding;
 use squid_lpv::matrix::Mat;
 use squid_lpv::weights::ReferenceModel;
 
@@ -25,10 +26,10 @@ struct Shortage {
     ratio: f64,
 }
 
-/// Returns warnings: the actuators cannot hold the pitch step of the manoeuvre; they cannot accelerate the pitch by
+/// Returns findings: the actuators cannot hold the pitch step of the manoeuvre; they cannot accelerate the pitch by
 /// that step, or the speed by its scale, as the reference model requires; the reference model of the depth takes a path
 /// steeper than 30 deg.
-pub fn remarks(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Vec<String> {
+pub fn findings(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Vec<Finding> {
     let of_output = |tracked: &Tracked| match tracked.signal.name {
         "depth" => [too_steep(file, tracked, model), None],
         "pitch" => [too_far(actuators, file, model), too_fast(actuators, file, tracked, model)],
@@ -43,25 +44,10 @@ fn worst(model: &Model, ratio: impl Fn(&Linearisation) -> f64) -> Option<Shortag
     each.max_by(|a, b| a.ratio.total_cmp(&b.ratio)).filter(|shortage| shortage.ratio > 1.0)
 }
 
-fn too_far(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Option<String> {
+fn too_far(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Option<Finding> {
     let step = file.manoeuvre.step("pitch");
     let Shortage { speed, ratio } = worst(model, |l| holding_ratio(actuators, step, l))?;
-    let degrees = step.to_degrees();
-    let (speed, shown) = (rounded(speed), rounded(degrees));
-    Some(if ratio.is_finite() {
-        format!(
-            "WARNING: at {speed} m/s holding the pitch {shown} deg off its trim takes {} times the output available \
-             from an actuator,\nby the linear model; lower manoeuvre.pitch_step to {} deg or less, or raise \
-             model.speed_min",
-            rounded(ratio),
-            rounded(degrees / ratio)
-        )
-    } else {
-        format!(
-            "WARNING: at {speed} m/s no actuator holds the pitch off its trim: a step of {shown} deg will not last;\n\
-             raise model.speed_min, or add an actuator with a turning moment"
-        )
-    })
+    Some(step_not_held(step, speed, ratio))
 }
 
 /// Steepest path \[rad\] (30 deg) for which the linear models of level flight are accepted.
@@ -78,48 +64,27 @@ fn steepest(model: &ReferenceModel) -> f64 {
     model.frequency * model.damping.map_or(1.0, |zeta| (-zeta * inflection(zeta)).exp())
 }
 
-/// Warning of too steep a path in a step of depth; none if pitch is held in trim, because thrusters then hold the
+/// Finding on too steep a path in a step of depth; none if pitch is held in trim, because thrusters then hold the
 /// heave.
-fn too_steep(file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<String> {
+fn too_steep(file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<Finding> {
     if matches!(file.pitch, Pitch::Held(_)) {
         return None;
     }
-    let rate = file.manoeuvre.step("depth").abs() * steepest(tracked.model.as_ref()?);
+    let (step, reference) = (file.manoeuvre.step("depth"), tracked.model.as_ref()?);
+    let rate = step.abs() * steepest(reference);
     let Shortage { speed, ratio } = worst(model, |l| rate / (l.trim.speed.abs() * STEEP.sin()))?;
-    Some(format!(
-        "WARNING: for a step of {} m the reference model of the depth, {} rad/s, moves at {} m/s: at {} m/s a path \
-         steeper than {} deg,\nfar from the level flight of the linear models; lower its 'frequency' to {} rad/s or \
-         less, or manoeuvre.depth_step",
-        rounded(file.manoeuvre.step("depth")),
-        rounded(tracked.model?.frequency),
-        rounded(rate),
-        rounded(speed),
-        rounded(STEEP.to_degrees()),
-        rounded_down(tracked.model?.frequency / ratio)
-    ))
+    Some(steep_path(step, reference.frequency, rate, STEEP, (speed, ratio)))
 }
 
-fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<String> {
+fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<Finding> {
     let frequency = tracked.model?.frequency;
     // The actuators drive the second derivative of an angle.
     let (name, is_angle) = (tracked.signal.name, tracked.signal.unit == "rad");
     let step = if is_angle { file.manoeuvre.step(name).abs() } else { tracked.scale };
     let required = if is_angle { step * frequency * frequency } else { step * frequency };
     let Shortage { speed, ratio } = worst(model, |l| required / available(actuators, tracked, l))?;
-    let (factor, unit) = readable(tracked.signal.unit);
-    let lower = if is_angle { ratio.sqrt() } else { ratio };
-    let key = if is_angle { format!("manoeuvre.{name}_step") } else { "its 'scale'".to_owned() };
-    Some(format!(
-        "WARNING: the reference model of the {}, {} rad/s, needs {} times the acceleration available from all \
-         actuators at {} m/s,\n\
-         for a step of {} {unit}; lower its 'frequency' to {} rad/s or less, or {key}",
-        tracked.signal.name,
-        rounded(frequency),
-        rounded(ratio),
-        rounded(speed),
-        rounded(step * factor),
-        rounded_down(frequency / lower)
-    ))
+    let limit = frequency / if is_angle { ratio.sqrt() } else { ratio };
+    Some(fast_reference((name, tracked.signal.unit), step, (frequency, limit), (speed, ratio)))
 }
 
 /// Largest acceleration of an output with every actuator at its reach \[SI/s2 or SI/s\]; for pitch, that of its rate.
@@ -161,11 +126,11 @@ mod tests {
     use crate::inputs::Inputs;
     use crate::inputs::tests::{masked, shipped, shipped_axis};
 
-    fn warnings(change: impl Fn(&mut Inputs)) -> Vec<String> {
+    fn found(change: impl Fn(&mut Inputs)) -> Vec<Finding> {
         let mut inputs = shipped("squid", "design");
         change(&mut inputs);
         let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
-        remarks(&inputs.vehicle.actuators, &inputs.design, &model)
+        findings(&inputs.vehicle.actuators, &inputs.design, &model)
     }
 
     /// The peak rate equals that of the numerically integrated unit step response of `w^2/(s^2 + 2 zeta w s + w^2)`.
@@ -190,35 +155,29 @@ mod tests {
     fn warns_of_too_steep_step_of_depth() {
         let mut inputs = shipped_axis("remus100", "design", Some("depth"));
         let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
-        let mut warnings_of_step = |step: f64| {
+        let mut found_for_step = |step: f64| {
             inputs.design.manoeuvre = inputs.design.manoeuvre.with_step("depth", step);
-            remarks(&inputs.vehicle.actuators, &inputs.design, &model)
+            findings(&inputs.vehicle.actuators, &inputs.design, &model)
         };
         let most = 0.7 / (0.35 * (-1f64).exp());
-        assert_eq!(
-            (warnings_of_step(1.0), warnings_of_step(0.99 * most), warnings_of_step(-0.99 * most)),
-            (vec![], vec![], vec![])
-        );
-        let [steep] = &warnings_of_step(-1.05 * most)[..] else { panic!() };
-        insta::assert_snapshot!(masked(steep));
-        assert!((number_before(steep, " rad/s or less") - 0.35 / 1.05).abs() < 0.01, "{steep}");
-    }
-
-    /// Last number before a unit.
-    fn number_before(text: &str, unit: &str) -> f64 {
-        text.split(unit).next().unwrap().split_whitespace().last().unwrap().parse().unwrap()
+        for step in [1.0, 0.99 * most, -0.99 * most] {
+            assert_eq!(found_for_step(step), []);
+        }
+        let [steep] = &found_for_step(-1.05 * most)[..] else { panic!() };
+        insta::assert_snapshot!(masked(&steep.to_string()));
+        assert!((steep.limit.unwrap() - 0.35 / 1.05).abs() < 0.001 && steep.value == Some(0.35), "{steep:?}");
     }
 
     /// The advised value is sufficient, and a slightly larger one is not.
     #[test]
-    fn following_advice_removes_warning() {
-        assert_eq!(warnings(|_| ()), Vec::<String>::new());
+    fn following_advice_removes_finding() {
+        assert_eq!(found(|_| ()), []);
         let frequency =
             |w: f64| move |i: &mut Inputs| i.design.tracked[0].model.as_mut().unwrap().frequency = w;
-        let [fast] = &warnings(frequency(20.0))[..] else { panic!() };
-        let advised = number_before(fast.split("'frequency' to ").nth(1).unwrap(), " rad/s");
-        assert!(advised > 1.7 && warnings(frequency(advised)).is_empty(), "{advised}");
-        assert_eq!(warnings(frequency(1.05 * advised)).len(), 1);
+        let [fast] = &found(frequency(20.0))[..] else { panic!() };
+        let advised = fast.limit.unwrap();
+        assert!(advised > 1.7 && found(frequency((1.0 - 1e-9) * advised)).is_empty(), "{advised}");
+        assert_eq!(found(frequency(1.01 * advised)).len(), 1);
 
         let step = |degrees: f64| {
             move |i: &mut Inputs| {
@@ -227,9 +186,9 @@ mod tests {
                 i.design.tracked[0].model.as_mut().unwrap().frequency = 0.1;
             }
         };
-        let [far] = &warnings(step(80.0))[..] else { panic!() };
-        let advised = number_before(far.split("pitch_step to ").nth(1).unwrap(), " deg");
-        assert!(warnings(step(0.99 * advised)).is_empty() && warnings(step(1.01 * advised)).len() == 1);
+        let [far] = &found(step(80.0))[..] else { panic!() };
+        let advised = far.limit.unwrap();
+        assert!(found(step((1.0 - 1e-9) * advised)).is_empty() && found(step(1.01 * advised)).len() == 1);
         insta::assert_snapshot!(masked(&format!("{fast}\n\n{far}")));
     }
 }

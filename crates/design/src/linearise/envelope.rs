@@ -11,11 +11,13 @@
 //! The boundary of pitch is found by steps and bisection along the branch of climbs that begins in level flight.
 
 use crate::error::ModelError;
+use crate::findings::step_limited;
 use crate::inputs::design_file::{DesignFile, Envelope};
 use crate::numbers::decimals;
 use rayon::prelude::*;
 use squid_auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, turn_rate};
 use squid_auv::{Actuator, Trim, Vehicle, climb, linearise};
+use squid_finding::Finding;
 use squid_lpv::matrix::{Mat, pseudo_inverse};
 use squid_scheduled::{ControllerDesign, Manoeuvre, OverSpeed, ReferenceLimits};
 use std::collections::BTreeMap;
@@ -99,23 +101,15 @@ pub fn words(controller: &ControllerDesign) -> String {
     lines.join("\n")
 }
 
-/// Returns a warning if the envelope is narrower than the pitch step of the default flight at some speed.
-pub fn doubt(controller: &ControllerDesign, manoeuvre: &Manoeuvre) -> Option<String> {
+/// Returns a finding if the envelope is narrower than the pitch step of the default flight at some speed.
+pub fn too_narrow(controller: &ControllerDesign, manoeuvre: &Manoeuvre) -> Option<Finding> {
     let name = SIGNALS[PITCH].name;
     let [least, most] = controller.envelope.get(name)?.range.as_ref()?;
     let (step, level) = (manoeuvre.step(name), controller.trim.signals.get(name)?);
     let distance =
         |row: usize| if step < 0.0 { level[row] - least.at(row) } else { most.at(row) - level[row] };
     let row = (0..level.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)))?;
-    (distance(row) < step.abs()).then(|| {
-        format!(
-            "WARNING: at {} m/s pitch can be held {} deg from level flight, which is less than the step of the \
-             default flight, {} deg: the step is limited",
-            decimals(controller.trim.speed[row], 2),
-            decimals(distance(row).to_degrees(), 2),
-            decimals(step.to_degrees(), 2)
-        )
-    })
+    (distance(row) < step.abs()).then(|| step_limited(step, distance(row), controller.trim.speed[row]))
 }
 
 /// Unit of a rate.

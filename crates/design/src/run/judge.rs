@@ -56,7 +56,7 @@ impl Judge<'_> {
         let axis = proved(vehicle, file, &inputs.hashes, synthesised, progress)?;
         progress.done("envelope", &envelope::words(&axis.controller));
         sensors::words(&axis.controller).iter().for_each(|text| progress.done("failsafe", text));
-        envelope::doubt(&axis.controller, &file.manoeuvre).iter().for_each(|text| progress.done("", text));
+        envelope::too_narrow(&axis.controller, &file.manoeuvre).iter().for_each(|found| progress.warn(found));
         let judge = || Verdict::of(inputs, &axis.controller, Effort::FULL);
         let verdict = progress.timed("verdict", "the loop as it flies, and mu", judge).0?;
         progress.done("verdict", &verdict.to_string());

@@ -8,6 +8,7 @@ use crate::certify::limits::with_limits;
 use crate::certify::sampled::sampled;
 use crate::check::{CHECKED_SPEEDS, Checks, check};
 use crate::error::Error;
+use crate::findings::no_anti_windup;
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
@@ -62,9 +63,7 @@ pub(super) fn proved(
     let check = || check(vehicle, file, plant, &design.controller, design.certified.gamma);
     let checks = progress.timed("check", what, check).0?;
     progress.done("check", &check_line(&checks, design.certified.gamma));
-    if let Some(text) = checks.remark(file.sample_time, file.control_weight.low) {
-        progress.done("", &text);
-    }
+    checks.finding(file.sample_time, file.control_weight.low).iter().for_each(|found| progress.warn(found));
     let axis = Axis { vehicle, file, progress };
     let proof = axis.certificate(model, plant, design);
     let sampled = axis.sampled(model, design);
@@ -150,7 +149,7 @@ impl Axis<'_> {
                 Ok(found.iter().map(to_rows).collect())
             }
             Err(Error::Synthesis(reason)) => {
-                progress.done("windup", &format!("WARNING: no anti-windup: {reason}"));
+                progress.warn(&no_anti_windup(&reason.to_string()));
                 Ok(vec![])
             }
             Err(other) => Err(other),

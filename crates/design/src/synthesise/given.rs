@@ -5,6 +5,7 @@ use crate::certify::lft_matrices;
 use crate::check::CHECKED_SPEEDS;
 use crate::check::sampled::Sampling;
 use crate::error::{Error, InputError, Refusal};
+use crate::findings::gain_fit;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
 use squid_auv::Actuator;
@@ -82,7 +83,7 @@ pub fn given(
     let structure = structure(actuators, file, pid)?;
     progress.done("controller", &words(actuators, pid, &structure));
     for misfit in &structure.misfits {
-        progress.done("", &misfit_words(misfit));
+        progress.warn(&gain_fit(&misfit.key, misfit.relative, misfit.speed));
     }
     let controller = structure.controller();
     let closed = plant.close(&controller);
@@ -165,14 +166,4 @@ fn words(actuators: &[Actuator], pid: &Pid, structure: &Structure) -> String {
 fn counted(number: usize, thing: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };
     format!("{number} {thing}{plural}")
-}
-
-fn misfit_words(misfit: &squid_pid::Misfit) -> String {
-    format!(
-        "the polynomial of '{}' differs from its table, linear between the points, by {:.1} % of the largest gain at \
-         most, at {} m/s",
-        misfit.key,
-        100.0 * misfit.relative,
-        squid_auv::rounded(misfit.speed)
-    )
 }

@@ -14,6 +14,7 @@ use crate::matrix::{Mat, block, eigenvalues, largest_singular_value, svd};
 use crate::synthesis::balance::Coordinates;
 use crate::system::GeneralisedPlant;
 use crate::system::Group::{T, U, W, X, Y, Z};
+use squid_finding::Finding;
 use std::fmt;
 
 /// The singular value up to which it is taken as zero, with each column of weights (row of noises) scaled to norm 1:
@@ -23,7 +24,7 @@ pub const RANK_TOLERANCE: f64 = 1e-6;
 
 /// A control or measurement without a cost.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Finding {
+pub enum Irregularity {
     /// A direction of the control without direct effect on any performance output or parameter channel.
     UnweightedControl {
         /// The direction, in the units of u, its largest component 1.
@@ -41,18 +42,18 @@ pub enum Finding {
     },
 }
 
-/// Returns all findings about a plant, controls first; none if `[D12; Dt2]` and `[D21 D2t]'` have full column rank.
+/// Returns all irregularities of a plant, controls first; none if `[D12; Dt2]` and `[D21 D2t]'` have full column rank.
 ///
 /// The rank is determined for the given plant, each control and measurement in units of its own weight or noise:
 /// neither units nor modes far slower than the others matter.
-pub fn findings(plant: &GeneralisedPlant) -> Vec<Finding> {
+pub fn irregularities(plant: &GeneralisedPlant) -> Vec<Irregularity> {
     let (weighted, units) = in_own_units(plant);
     let controls = free_directions(&weighted, RANK_TOLERANCE).into_iter().map(|(direction, weight)| {
-        Finding::UnweightedControl { direction: in_users_units(&direction, &units), weight }
+        Irregularity::UnweightedControl { direction: in_users_units(&direction, &units), weight }
     });
     let (disturbed, units) = in_own_units(&plant.dual());
     let measurements = free_directions(&disturbed, RANK_TOLERANCE).into_iter().map(|(combination, noise)| {
-        Finding::NoiselessMeasurement { combination: in_users_units(&combination, &units), noise }
+        Irregularity::NoiselessMeasurement { combination: in_users_units(&combination, &units), noise }
     });
     controls.chain(measurements).collect()
 }
@@ -139,10 +140,27 @@ fn in_users_units(direction: &[f64], units: &[f64]) -> Vec<f64> {
     converted.into_iter().map(|v| v / largest).collect()
 }
 
-impl fmt::Display for Finding {
+impl From<&Irregularity> for Finding {
+    /// The key is the control or measurement of the largest component, `u2` or `y1`.
+    fn from(irregularity: &Irregularity) -> Self {
+        let (kind, letter, direction, size) = match irregularity {
+            Irregularity::UnweightedControl { direction, weight } => {
+                ("unweighted_control", 'u', direction, weight)
+            }
+            Irregularity::NoiselessMeasurement { combination, noise } => {
+                ("noiseless_measurement", 'y', combination, noise)
+            }
+        };
+        let largest = direction.iter().position(|v| v.abs() == 1.0).unwrap_or_default();
+        let found = Finding::new(kind, &format!("{letter}{}", largest + 1), irregularity.to_string());
+        found.value(*size, "").limit(RANK_TOLERANCE)
+    }
+}
+
+impl fmt::Display for Irregularity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Finding::UnweightedControl { direction, .. } => match only(direction) {
+            Irregularity::UnweightedControl { direction, .. } => match only(direction) {
                 Some(j) => write!(
                     f,
                     "no performance output weighs u{j}, so that its gain may grow without limit: give u{j} a \
@@ -156,7 +174,7 @@ impl fmt::Display for Finding {
                     names(direction, "u")
                 ),
             },
-            Finding::NoiselessMeasurement { combination, .. } => match only(combination) {
+            Irregularity::NoiselessMeasurement { combination, .. } => match only(combination) {
                 Some(i) => write!(
                     f,
                     "the measurement y{i} is free of noise, so that the gain from it may grow without limit: \
@@ -314,7 +332,7 @@ mod tests {
 
     #[test]
     fn a_regular_plant_gives_no_finding() {
-        assert_eq!(findings(&regular()), vec![]);
+        assert_eq!(irregularities(&regular()), vec![]);
     }
 
     /// Balancing for a mode this slow makes a state's column so large that a weight of 1 seems negligible.
@@ -329,11 +347,11 @@ mod tests {
                 (Z, U, dmatrix![0.0, 0.0; 1.0, 0.0; 0.0, 1.0]),
                 (Y, W, dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0]),
             ];
-            assert_eq!(findings(&regular_but(&changed)), vec![], "{slow}");
+            assert_eq!(irregularities(&regular_but(&changed)), vec![], "{slow}");
             // A fast, strong path and a slow one: a chain of integrators.
             changed[0].2 = dmatrix![-slow, 1.0; 0.0, -10.0 * slow];
             let chain = regular_but(&changed);
-            assert_eq!(findings(&chain), vec![], "{slow}");
+            assert_eq!(irregularities(&chain), vec![], "{slow}");
         }
     }
 
@@ -341,8 +359,8 @@ mod tests {
     fn a_control_without_weight_is_reported() {
         let mut plant = regular();
         plant.parts.block_mut(Z, U)[(2, 1)] = 0.0;
-        let found = findings(&plant);
-        assert_eq!(found, vec![Finding::UnweightedControl { direction: vec![0.0, 1.0], weight: 0.0 }]);
+        let found = irregularities(&plant);
+        assert_eq!(found, vec![Irregularity::UnweightedControl { direction: vec![0.0, 1.0], weight: 0.0 }]);
         insta::assert_snapshot!(found[0]);
     }
 
@@ -350,8 +368,11 @@ mod tests {
     fn a_measurement_without_noise_is_reported() {
         let mut plant = regular();
         plant.parts.block_mut(Y, W)[(0, 1)] = 0.0;
-        let found = findings(&plant);
-        assert_eq!(found, vec![Finding::NoiselessMeasurement { combination: vec![1.0, 0.0], noise: 0.0 }]);
+        let found = irregularities(&plant);
+        assert_eq!(
+            found,
+            vec![Irregularity::NoiselessMeasurement { combination: vec![1.0, 0.0], noise: 0.0 }]
+        );
         insta::assert_snapshot!(found[0]);
     }
 
@@ -362,9 +383,11 @@ mod tests {
         let mut plant = regular();
         plant.parts.block_mut(Z, U).copy_from(&dmatrix![0.0, 0.0; 0.2, 0.1; 0.0, 0.0]);
         plant.parts.block_mut(Y, W).copy_from(&dmatrix![0.0, 0.0, 0.3; 0.0, 0.0, 0.1]);
-        let found = findings(&plant);
-        let [Finding::UnweightedControl { direction, .. }, Finding::NoiselessMeasurement { combination, .. }] =
-            found.as_slice()
+        let found = irregularities(&plant);
+        let [
+            Irregularity::UnweightedControl { direction, .. },
+            Irregularity::NoiselessMeasurement { combination, .. },
+        ] = found.as_slice()
         else {
             panic!("{found:?}");
         };
@@ -378,7 +401,7 @@ mod tests {
     fn more_controls_than_outputs_leave_one_direction_free() {
         let one = [(Z, X, dmatrix![1.0, 0.0]), (Z, U, dmatrix![1.0, 1.0])];
         let plant = regular_but(&one);
-        assert_eq!(findings(&plant).len(), 1);
+        assert_eq!(irregularities(&plant).len(), 1);
     }
 
     #[test]
@@ -386,13 +409,13 @@ mod tests {
         let mut plant = regular();
         plant.parts.block_mut(Z, U)[(2, 1)] = 0.0;
         plant.parts.block_mut(T, U)[(0, 1)] = 0.5;
-        assert_eq!(findings(&plant), vec![]);
+        assert_eq!(irregularities(&plant), vec![]);
     }
 
     /// Units of u, y, z, w, time and states that differ by many orders of magnitude keep a regular plant regular and a
     /// singular one singular.
     #[test]
-    fn findings_do_not_depend_on_units() {
+    fn irregularities_do_not_depend_on_units() {
         for (weight, expected) in [(0.2, 0), (0.0, 1)] {
             for exponent in [-8, -4, 4, 8] {
                 let unit = 10f64.powi(exponent);
@@ -407,7 +430,11 @@ mod tests {
                     plant
                 });
                 for (i, plant) in in_other_units.iter().enumerate() {
-                    assert_eq!(findings(plant).len(), expected, "units {i}, {unit:.0e}, weight {weight}");
+                    assert_eq!(
+                        irregularities(plant).len(),
+                        expected,
+                        "units {i}, {unit:.0e}, weight {weight}"
+                    );
                 }
             }
         }

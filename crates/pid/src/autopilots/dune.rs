@@ -357,7 +357,7 @@ pub(crate) fn import(angle: Angle, text: &str, file: &str) -> Result<Import, Fil
                 let from = format!("line {}, 'Depth PID Gains': {key}, rad/m", depth.line);
                 found.gain(("depth", key), *value, &pitch_units(role), from);
             }
-            found.notes.push(
+            found.further.push(
                 "[controller.depth] is for a design that tracks depth; remove it for one of pitch.".into(),
             );
         }
@@ -367,13 +367,13 @@ pub(crate) fn import(angle: Angle, text: &str, file: &str) -> Result<Import, Fil
         && let Some((line, value)) = source.value("[Control.AUV.Attitude] Altitude Control -- Enabled")?
         && value.eq_ignore_ascii_case("true")
     {
-        found.notes.push(format!(
+        found.further.push(format!(
             "'Altitude Control -- Enabled' (line {line}): kd acts on the rate of the error, in squid on that of \
              pitch: the loop is the same, a step of the reference is not."
         ));
     }
     if has_includes {
-        found.notes.push("Files that this one includes are not read: what they set stays unseen.".into());
+        found.further.push("Files that this one includes are not read: what they set stays unseen.".into());
     }
     Ok(found)
 }

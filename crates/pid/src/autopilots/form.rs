@@ -50,7 +50,7 @@ pub struct LeftOut {
     pub why: &'static str,
 }
 
-/// Gains and remarks read from the file of an autopilot.
+/// Gains and notes read from the file of an autopilot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Import {
     /// The angle.
@@ -62,7 +62,7 @@ pub struct Import {
     /// Values without counterpart in `[controller]`.
     pub left_out: Vec<LeftOut>,
     /// Further notes.
-    pub notes: Vec<String>,
+    pub further: Vec<String>,
 }
 
 /// A file of an autopilot with new gains.
@@ -76,18 +76,18 @@ pub struct Export {
     pub notes: Vec<String>,
 }
 
-/// Remark on a missing `[controller.speed]`.
+/// Note on a missing `[controller.speed]`.
 const NO_SPEED: &str = "The file has no gains from speed to thrust: a design that tracks the speed needs \
                         [controller.speed] beside these.";
 
-/// Remark on the trim, which squid adds to the law.
+/// Note on the trim, which squid adds to the law.
 const TRIM: &str = "Squid adds the trim of the actuators at each speed. The autopilot does not: its integral must hold \
                     that, and without one an error stays.";
 
 impl Import {
     /// Starts an import with the law alone.
     pub(crate) fn new(angle: Angle, law: Vec<String>) -> Self {
-        Self { angle, law, gains: vec![], left_out: vec![], notes: vec![] }
+        Self { angle, law, gains: vec![], left_out: vec![], further: vec![] }
     }
 
     /// Adds a gain in the first of the allowed units, unless it is 0: a zero gain is absent.
@@ -104,14 +104,14 @@ impl Import {
     }
 
     /// Returns everything worth reporting besides the gains, one sentence each.
-    pub fn remarks(&self) -> Vec<String> {
+    pub fn notes(&self) -> Vec<String> {
         let left = |LeftOut { line, key, value, why }: &LeftOut| {
             format!("Left out: {key} = {value} (line {line}): {why}.")
         };
         let speed = self.gains.iter().any(|gain| gain.table == "speed");
         let pitches = self.angle == Angle::Pitch;
         let speed = (pitches && !speed).then(|| NO_SPEED.to_owned());
-        let all = self.left_out.iter().map(left).chain(self.notes.iter().cloned());
+        let all = self.left_out.iter().map(left).chain(self.further.iter().cloned());
         all.chain(speed).chain(pitches.then(|| TRIM.to_owned())).collect()
     }
 
@@ -119,9 +119,9 @@ impl Import {
     pub fn toml(&self, file: &str) -> String {
         let mut lines = vec![format!("# Gains of {file}, read by `squid gains import`."), "#".into()];
         lines.extend(self.law.iter().map(|line| format!("#   {line}").trim_end().to_owned()));
-        for remark in self.remarks() {
+        for note in self.notes() {
             lines.push("#".into());
-            lines.extend(comment(&remark));
+            lines.extend(comment(&note));
         }
         lines.extend([String::new(), "[controller]".into(), "kind = \"pid\"".into()]);
         let mut table = "";

@@ -96,7 +96,7 @@ fn converts_dune_gains_to_fin_angles() {
     // A task enabled on hardware only is accepted, and altitude control gets a note.
     let text = DUNE.replace("= Always", "= Hardware\nAltitude Control -- Enabled = true");
     let found = read(Autopilot::Dune, &text).unwrap();
-    insta::assert_snapshot!("altitude", found.notes.join("\n"));
+    insta::assert_snapshot!("altitude", found.further.join("\n"));
     // Without the section of the allocator DUNE's default applies.
     let short = DUNE.split("[Control.AUV.Allocator]").next().unwrap();
     let found = read(Autopilot::Dune, short).unwrap();
@@ -143,7 +143,7 @@ fn imports_script_gains_unchanged() {
     assert_eq!(values, [5.33, 0.43, 10.7]);
     let heave = read(Autopilot::Mss, &format!("{MSS}self.K_w = 5.0\n")).unwrap();
     assert!(left_out(&heave).iter().any(|(_, key)| *key == "K_w"));
-    insta::assert_snapshot!(heave.remarks().join("\n"));
+    insta::assert_snapshot!(heave.notes().join("\n"));
 }
 
 /// The cascades of ArduSub and of squid have the same response to the reference and to pitch, whose rate is s times

@@ -19,8 +19,8 @@ pub fn page(report: &Report) -> (String, String) {
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{title}</title>\n\
          <style>{STYLE}body,svg{{font-family:{FONT}}}\n{CHARTS}</style></head>\n<body>\n<header>\n<h1>{title}</h1>\n"
     );
-    if let Some(warning) = &report.warning {
-        let _ = writeln!(head, "<p class=\"surrogate\">{}</p>", escaped(warning));
+    if let Some(warning) = report.warning() {
+        let _ = writeln!(head, "<p class=\"surrogate\">{}</p>", escaped(&warning));
     }
     let mut out: String = report.introduction.iter().map(|words| paragraph(words)).collect();
     out += &overview(report);

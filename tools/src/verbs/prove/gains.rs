@@ -175,7 +175,7 @@ pub fn run(verb: &GainsVerb) -> Result<(), Error> {
 
 /// Prints or writes the imported gains.
 fn print_import(found: &Import, file: &str, out: Option<&Path>) -> Result<(), Error> {
-    let (toml, remarks) = (found.toml(file), found.remarks());
+    let (toml, notes) = (found.toml(file), found.notes());
     match out {
         Some(out) => {
             write(out, toml.as_bytes())?;
@@ -187,13 +187,20 @@ fn print_import(found: &Import, file: &str, out: Option<&Path>) -> Result<(), Er
         }
         None => say_unwrapped(toml.trim_end()),
     }
-    remarks.iter().for_each(|remark| note(remark));
+    notes.iter().for_each(|text| note(text));
     let gains = found.gains.iter().map(|gain| {
         let (name, source) = (format!("{}.{}", gain.table, gain.key), &gain.source);
         json!({ "name": name, "value": gain.value, "unit": gain.unit, "source": source })
     });
     let gains: Vec<_> = gains.collect();
-    Ok(answer(&json!({ "controller": toml, "file": out, "gains": gains, "remarks": remarks }))?)
+    let left_out = found
+        .left_out
+        .iter()
+        .map(|one| json!({ "line": one.line, "key": one.key, "value": one.value, "why": one.why }));
+    let left_out: Vec<_> = left_out.collect();
+    let answered =
+        json!({ "controller": toml, "file": out, "gains": gains, "left_out": left_out, "notes": notes });
+    Ok(answer(&answered)?)
 }
 
 /// Replaces the gains in a file.
@@ -225,7 +232,7 @@ fn write_into(
         |change| json!({ "line": change.line, "key": change.key, "from": change.from, "to": change.to }),
     );
     let changes: Vec<_> = changes.collect();
-    Ok(answer(&json!({ "file": into, "changes": changes, "remarks": found.notes }))?)
+    Ok(answer(&json!({ "file": into, "changes": changes, "notes": found.notes }))?)
 }
 
 /// Returns a text with the total moment of a vehicle's thrusters about the axis of an angle, all at their limits.

@@ -3,6 +3,7 @@
 use crate::vehicle::Vehicle;
 use crate::vehicle::coefficients::Coefficients;
 use crate::words::rounded;
+use squid_finding::Finding;
 
 /// Tolerance of the inequality for rounded numbers of a source.
 const ROUNDING: f64 = 0.1;
@@ -34,32 +35,33 @@ impl Form {
         left <= (1.0 + ROUNDING) * right
     }
 
-    /// Returns a remark if the form feeds energy to the motion; a wrong sign of the force or the damping alone has its
-    /// own remark.
-    fn remark(&self) -> Option<String> {
+    /// Returns a finding if the form feeds energy to the motion; a wrong sign of the force or the damping alone is a
+    /// finding of its own.
+    fn finding(&self) -> Option<Finding> {
         if self.dissipates(0.0) || self.force > 0.0 || self.damping > 0.0 {
             return None;
         }
         let ([force, by_turn, moment, damping], [left, right]) = (self.keys, self.sides(0.0));
         let advice = match [1.0, -1.0].map(|split| self.split != [0.0; 2] && self.dissipates(split)) {
-            [true, _] => "the numbers would resist with 'lift.convention' \"combined\"",
-            [_, true] => "the numbers would resist with 'lift.convention' \"viscous\"",
-            _ if self.split == [0.0; 2] => "lift and the Munk moment belong into [lift]",
+            [true, _] => "they would oppose the motion with 'lift.convention' \"combined\"",
+            [_, true] => "they would oppose the motion with 'lift.convention' \"viscous\"",
+            _ if self.split == [0.0; 2] => "give lift and the Munk moment in [lift]",
             _ => "check their signs and units",
         };
-        Some(format!(
+        let why = format!(
             "'{by_turn}' and '{moment}' drive the hull: without the terms of added mass ({by_turn} + {moment})^2/4 is \
              {}, and more than {force} {damping}, {}; {advice}",
             rounded(left),
             rounded(right)
-        ))
+        );
+        Some(Finding::new("feeds_energy", moment, why).value(left, "").limit(right))
     }
 }
 
 impl Vehicle {
-    /// Returns remarks on lift and damping that feed energy to the motion, on lift given twice, and on asymmetric added
-    /// mass.
-    pub(super) fn remarks_on_lift(&self) -> Vec<String> {
+    /// Returns findings on lift and damping that feed energy to the motion, on lift given twice, and on asymmetric
+    /// added mass.
+    pub(super) fn lift(&self) -> Vec<Finding> {
         let c = &self.coefficients;
         let given = |keys: &[&str]| keys.iter().any(|key| self.sources.contains_key(*key));
         let form = |keys, [force, by_turn, moment, damping]: [f64; 4], split| Form {
@@ -79,15 +81,16 @@ impl Vehicle {
             form(DAMPING, [c.Z_w, c.Z_q, c.M_w, c.M_q], [0.0; 2]),
             form(["Y_v", "Y_r", "N_v", "N_r"], [c.Y_v, c.Y_r, c.N_v, c.N_r], [0.0; 2]),
         ];
-        let driving = forms.iter().filter(|form| given(&form.keys)).filter_map(Form::remark);
+        let driving = forms.iter().filter(|form| given(&form.keys)).filter_map(Form::finding);
         let difference = (c.Z_q_dot - c.M_w_dot).abs();
         let unequal = (difference > UNEQUAL * c.Z_q_dot.abs().max(c.M_w_dot.abs())).then(|| {
-            format!(
-                "'Z_q_dot' is {} kg.m and 'M_w_dot' {} kg.m, which are equal in theory, for the matrix of added mass \
-                 is symmetric: check their signs and units",
+            let why = format!(
+                "'Z_q_dot' is {} kg.m and 'M_w_dot' {} kg.m; the matrix of added mass is symmetric, so they should be \
+                 equal: check their signs and units",
                 rounded(c.Z_q_dot),
                 rounded(c.M_w_dot)
-            )
+            );
+            Finding::new("asymmetric_added_mass", "Z_q_dot", why).value(c.Z_q_dot, "kg.m").limit(c.M_w_dot)
         });
         driving.chain(given_twice(c)).chain(unequal).collect()
     }
@@ -96,8 +99,8 @@ impl Vehicle {
 const LIFT: [&str; 4] = ["Z_uw", "Z_uq", "M_uw", "M_uq"];
 const DAMPING: [&str; 4] = ["Z_w", "Z_q", "M_w", "M_q"];
 
-/// Returns a remark on linear damping that equals the lift, combined or not, at one speed.
-fn given_twice(c: &Coefficients) -> Option<String> {
+/// Returns a finding on linear damping that equals the lift, combined or not, at one speed.
+fn given_twice(c: &Coefficients) -> Option<Finding> {
     let linear = [c.Z_w, c.Z_q, c.M_w, c.M_q];
     let speed = |added: f64| {
         let munk = c.Z_w_dot - c.X_u_dot;
@@ -113,10 +116,11 @@ fn given_twice(c: &Coefficients) -> Option<String> {
         let given = keys.into_iter().zip(linear).filter(|(_, linear)| *linear != 0.0);
         given.map(|(key, _)| format!("'{key}'")).collect::<Vec<_>>().join(", ")
     };
-    Some(format!(
-        "{} are {} times {} m/s: the same forces, given twice; [damping] has only what acts at rest, too",
+    let why = format!(
+        "{} are {} times {} m/s: the same forces are given twice; [damping] is for forces that also act at rest",
         named(DAMPING),
         named(LIFT),
         rounded(speed)
-    ))
+    );
+    Some(Finding::new("lift_given_twice", "damping", why).speed(speed))
 }

@@ -3,6 +3,7 @@
 use crate::motion::dynamics::actuator_force;
 use crate::vehicle::Vehicle;
 use crate::words::rounded;
+use squid_finding::Finding;
 
 /// Speed above which it is unusual \[m/s\].
 const FAST: f64 = 15.0;
@@ -12,22 +13,20 @@ const SLENDER: std::ops::RangeInclusive<f64> = 1.0..=20.0;
 const GRAVITY: f64 = 9.81;
 
 impl Vehicle {
-    /// Returns remarks on a hull without drag, on thrust that exceeds the drag at a high speed, and on lengths in
+    /// Returns findings on a hull without drag, on thrust that exceeds the drag at a high speed, and on lengths in
     /// another unit.
-    pub(super) fn remarks_on_size(&self) -> Vec<String> {
+    pub(super) fn size(&self) -> Vec<Finding> {
         let drag = if self.coefficients.surge.is_given() { None } else { self.thrust_and_drag() };
         drag.into_iter().chain(self.lengths()).collect()
     }
 
-    fn thrust_and_drag(&self) -> Option<String> {
+    fn thrust_and_drag(&self) -> Option<Finding> {
         let c = &self.coefficients;
         let drag = -(c.axial_drag(FAST) + c.X_u * FAST);
         if drag <= 0.0 {
-            return Some(
-                "no drag along the hull: give 'X_uu', or 'wetted_area' and 'length', or 'drag_area' in [drag], or \
-                 'X_u' in [damping], without which any thrust speeds the vehicle up for ever"
-                    .to_owned(),
-            );
+            let why = "the hull has no drag along its axis, so any thrust would accelerate the vehicle without end: give \
+                       'X_uu', or 'wetted_area' and 'length', or 'drag_area' in [drag], or 'X_u' in [damping]";
+            return Some(Finding::new("no_drag", "drag", why).value(drag, "N").limit(0.0).speed(FAST));
         }
         let thrusters = self.actuators.iter().chain(&self.others).filter(|one| one.unit() == "N");
         let most_ahead = |one| {
@@ -36,16 +35,17 @@ impl Vehicle {
         };
         let thrust: f64 = thrusters.map(most_ahead).sum();
         (thrust > drag).then(|| {
-            format!(
-                "the thrusters push ahead with up to {} N ('max'), more than the drag of {} N at {FAST} m/s; more than \
-                 that speed is unusual: check the units of the thrusts and of [drag]",
+            let why = format!(
+                "the thrusters push ahead with up to {} N ('max'), more than the drag of {} N at {FAST} m/s; a higher \
+                 speed than that is unusual: check the units of the thrusts and of [drag]",
                 rounded(thrust),
                 rounded(drag)
-            )
+            );
+            Finding::new("thrust_above_drag", "max", why).value(thrust, "N").limit(drag).speed(FAST)
         })
     }
 
-    fn lengths(&self) -> Vec<String> {
+    fn lengths(&self) -> Vec<Finding> {
         let c = &self.coefficients;
         let side = (c.buoyancy / (c.density * GRAVITY)).cbrt();
         let stations = c.hull.stations();
@@ -57,7 +57,7 @@ impl Vehicle {
         ];
         let unusual = |(key, length): (&str, Option<f64>)| {
             let length = length.filter(|length| !SLENDER.contains(&(length / side)))?;
-            Some(format!(
+            let why = format!(
                 "'{key}' is {} m long, {} times the side of the cube of water that the vehicle displaces, {} m; {} to \
                  {} times is usual: check its unit",
                 rounded(length),
@@ -65,7 +65,9 @@ impl Vehicle {
                 rounded(side),
                 SLENDER.start(),
                 SLENDER.end()
-            ))
+            );
+            let limit = side * if length < side { SLENDER.start() } else { SLENDER.end() };
+            Some(Finding::new("unusual_length", key, why).value(length, "m").limit(limit))
         };
         all.into_iter().filter_map(unusual).collect()
     }

@@ -79,13 +79,15 @@ fn turning_vehicle_round_trips_json() {
 }
 
 #[test]
-fn remarks_on_improbable_numbers() {
-    assert_eq!(remus().remarks(), Vec::<String>::new());
-    let remarks = read(&text("remus100").replace("value = -0.722", "value = 0.722")).remarks();
-    assert_eq!(remarks.len(), 1, "{remarks:?}");
+fn finds_improbable_numbers() {
+    assert_eq!(remus().findings(), []);
+    let found = read(&text("remus100").replace("value = -0.722", "value = 0.722")).findings();
+    let [rolling] = &found[..] else { panic!("{found:?}") };
+    assert_eq!((rolling.kind.as_str(), rolling.key.as_str()), ("acts_with_motion", "K_up"));
+    assert_eq!((rolling.value, rolling.limit), (Some(0.722), Some(0.0)));
     let mut wide = remus();
     wide.coefficients.I_xx = 5.0;
-    insta::assert_snapshot!(format!("{}\n\n{}", remarks[0], wide.remarks()[0]));
+    insta::assert_snapshot!(format!("{rolling}\n\n{}", wide.findings()[0]));
 }
 
 /// The two upper thrusters of Squid work against one another, and their effect in the vertical plane is exactly zero.
