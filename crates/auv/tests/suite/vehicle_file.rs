@@ -446,7 +446,7 @@ fn rejects_impossible_inertia_and_deflection() {
     let messages = [
         message("a light hull", &light.0, (light.1, "I_yy")),
         message("13.6 rad", &radians.0, (radians.1, "control_surface.max")),
-        small.findings().iter().map(ToString::to_string).collect(),
+        small.findings().iter().map(|found| format!("{found}\n")).collect(),
         finding(REMUS, (limit, "max = { value = 60, unit = \"deg\"")),
     ];
     insta::assert_snapshot!(messages.join("\n\n"));
