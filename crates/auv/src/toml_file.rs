@@ -16,7 +16,7 @@ use crate::words::{nearest, number};
 /// Limit of the size of numbers: products of larger coefficients overflow. The moments of inertia of the largest ships
 /// are some 1e13 kg m2.
 const LARGEST: f64 = 1e18;
-const TOO_LARGE: &str = "at most 1e18 in size, for the products of larger numbers overflow";
+const TOO_LARGE: &str = "at most 1e18 in magnitude, because products of larger numbers overflow";
 
 /// Limits of the number of tables, and of numbers or pairs, in one list: many times those of any vehicle.
 const MOST_TABLES: usize = 100;
@@ -289,7 +289,7 @@ impl<'d> Table<'d> {
     /// Returns an array of tables `[[key]]`, empty if absent.
     pub fn tables(&self, key: &str) -> Vec<Table<'d>> {
         let Some(value) = self.entries.get(key) else { return Vec::new() };
-        let expected = "a list of tables, each under its own [[...]]";
+        let expected = "a list of tables, each with its own [[...]] header";
         let DeValue::Array(items) = value.get_ref() else {
             return self.wrong_type(key, value, expected).unwrap_or_default();
         };
@@ -327,7 +327,7 @@ impl<'d> Table<'d> {
 
     /// Returns a required, non-empty text.
     pub fn text(&self, key: &str) -> Option<String> {
-        self.requires(key, "a text in quotes").then(|| self.string(key, "a text in quotes")).flatten()
+        self.requires(key, "a string in quotes").then(|| self.string(key, "a string in quotes")).flatten()
     }
 
     /// Returns `true` if a key has this text.
@@ -385,9 +385,9 @@ impl<'d> Table<'d> {
         table.allow_only(&["value", "unit", "source"]);
         let found = table.requires("value", "the number").then(|| table.float("value", "a decimal number"));
         let unit_there = table.requires("unit", &format!("the unit, {}", quoted(units)));
-        let unit = unit_there.then(|| table.string("unit", "a text in quotes"));
-        let source_there = table.requires("source", "where the number comes from");
-        let source = source_there.then(|| table.string("source", "a text in quotes"));
+        let unit = unit_there.then(|| table.string("unit", "a string in quotes"));
+        let source_there = table.requires("source", "the origin of the number");
+        let source = source_there.then(|| table.string("source", "a string in quotes"));
         let (value, unit, source) = (found.flatten(), unit.flatten(), source.flatten());
         if let Some(found) = unit.clone().filter(|unit| !units.contains(&unit.as_str())) {
             let (key, expected) = (self.full_key(key), quoted(units));
@@ -437,7 +437,7 @@ impl<'d> Table<'d> {
         };
         match found {
             Some(found) if allowed(found) => Some(found),
-            _ => self.wrong_type(key, value, &format!("a whole number, {expected}")),
+            _ => self.wrong_type(key, value, &format!("an integer, {expected}")),
         }
     }
 
@@ -520,7 +520,7 @@ fn decimal(value: &Spanned<DeValue<'_>>) -> Option<f64> {
 /// Describes a value for messages.
 fn describe(value: &DeValue<'_>) -> String {
     match value {
-        DeValue::String(text) => format!("the text {}", cited(text)),
+        DeValue::String(text) => format!("the string {}", cited(text)),
         DeValue::Integer(integer) => format!("the number {}", shorten(integer.as_str())),
         DeValue::Float(float) => format!("the number {}", shorten(float.as_str())),
         DeValue::Boolean(truth) => truth.to_string(),

@@ -98,7 +98,7 @@ pub static LONGITUDINAL: View = View {
     },
     is_level_held: false,
     acts: Actuator::acts_in_plane,
-    missing_actuator: "moves the vehicle in the vertical plane: give it a thruster, or stern planes (M_uu_delta)",
+    missing_actuator: "moves it in the vertical plane: add a thruster, or stern planes (M_uu_delta)",
     moment: 4,
 };
 
@@ -110,8 +110,8 @@ pub static LATERAL: View = View {
     states: |_, uses| lateral::states(uses(lateral::ROLL)),
     is_level_held: true,
     acts: Actuator::yaws_alone,
-    missing_actuator: "yaws the vehicle and does nothing in the vertical plane: give it a rudder (N_uu_delta), or a \
-            group of thrusters with N_T",
+    missing_actuator: "yaws it without effect in the vertical plane: add a rudder (N_uu_delta), or a thruster group \
+            with N_T",
     moment: 5,
 };
 
@@ -123,8 +123,8 @@ pub static ROLL: View = View {
     states: |_, _| &roll::STATES,
     is_level_held: true,
     acts: Actuator::rolls_alone,
-    missing_actuator: "rolls the vehicle and does nothing else: give it fins that are deflected against one another \
-            (K_uu_delta), or a group of thrusters with K_T",
+    missing_actuator: "rolls it without other effects: add differential fins (K_uu_delta), or a thruster group with \
+            K_T",
     moment: 3,
 };
 

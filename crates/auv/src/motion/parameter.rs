@@ -29,7 +29,7 @@ pub enum Parameter {
 /// Name that matches no parameter of the vehicle.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error(
-    "the vehicle has no coefficient '{name}' of {motion}{}; it has {known}",
+    "the vehicle has no coefficient '{name}' of {motion}{}",
     suggestion.as_ref().map(|s| format!(" (did you mean '{s}'?)")).unwrap_or_default()
 )]
 pub struct UnknownParameter {

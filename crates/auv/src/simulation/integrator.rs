@@ -69,14 +69,14 @@ pub(crate) const SWITCHES: usize = 7;
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum IntegrationError {
     /// No step is small enough: the motion diverges.
-    #[error("no step above {SMALLEST_STEP} s is accurate enough")]
+    #[error("no step size above {SMALLEST_STEP} s is accurate enough")]
     StepTooSmall,
     /// The interval takes too many steps: the motion is too fast.
-    #[error("more than {steps} steps are needed: the motion is too fast for a vehicle")]
+    #[error("more than {steps} integration steps are needed: the motion is too fast for a vehicle")]
     TooManySteps { steps: usize },
     /// A speed or a rate is not finite, or larger than that of any vehicle.
     #[error(
-        "{state} is {} {unit}, and must be at most {most} {unit} in size, which no vehicle exceeds",
+        "{state} is {} {unit}; its magnitude must be at most {most} {unit}",
         Rounded(*found)
     )]
     Impossible { state: &'static str, found: f64, most: f64, unit: &'static str },

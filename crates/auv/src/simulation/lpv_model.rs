@@ -82,25 +82,25 @@ pub enum LpvModelError {
     #[error("{file}: not an LPV model: {message}")]
     NotJson { file: String, message: String },
     /// A file of another format or version.
-    #[error("`format` is \"{found}\", and must be \"{LPV_MODEL_FORMAT}\"")]
+    #[error("`format` is \"{found}\"; it must be \"{LPV_MODEL_FORMAT}\"")]
     Format { found: String },
     /// A matrix of wrong shape.
-    #[error("`{matrix}[{order}]` is {found}, and must be {rows} x {columns}")]
+    #[error("`{matrix}[{order}]` is {found}; it must be {rows} x {columns}")]
     Shape { matrix: &'static str, order: usize, found: String, rows: usize, columns: usize },
     /// A missing coefficient matrix.
-    #[error("`{matrix}` is empty, and must hold at least one matrix")]
+    #[error("`{matrix}` is empty; it must contain at least one matrix")]
     Empty { matrix: &'static str },
     /// A number that is not finite.
-    #[error("`{key}` holds {found}, and must hold finite numbers")]
+    #[error("`{key}` contains {found}; all its numbers must be finite")]
     NotFinite { key: &'static str, found: f64 },
     /// A half range of speed that is not positive.
-    #[error("`speed_half_range` is {found} m/s, and must be above zero")]
+    #[error("`speed_half_range` is {found} m/s; it must be above zero")]
     HalfRange { found: f64 },
     /// A trim table whose speeds do not increase.
-    #[error("`trim[{row}].speed` is {found} m/s after {previous} m/s, and speeds must rise")]
+    #[error("`trim[{row}].speed` is {found} m/s after {previous} m/s; speeds must increase")]
     SpeedsNotRising { row: usize, found: f64, previous: f64 },
     /// A model for a vehicle with another number of actuators.
-    #[error("`{key}` is for {found} actuators, and the vehicle has {expected}")]
+    #[error("the number of actuators in `{key}` is {found}; the vehicle has {expected}")]
     Actuators { key: &'static str, found: usize, expected: usize },
 }
 

@@ -65,9 +65,14 @@ impl fmt::Display for FileError {
         if self.mistakes.is_empty() {
             return write!(f, "{}: cannot be read", self.file);
         }
+        let mut printed = Vec::new();
         for (i, Mistake { line, problem }) in self.mistakes.iter().enumerate() {
             let (end, file) = (if i > 0 { "\n" } else { "" }, &self.file);
             write!(f, "{end}{file}:{line}: {problem}")?;
+            if let Some(names) = problem.allowed_names().filter(|names| !printed.contains(names)) {
+                write!(f, "; allowed: {names}")?;
+                printed.push(names);
+            }
         }
         Ok(())
     }
@@ -81,18 +86,16 @@ impl std::error::Error for FileError {}
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum FileProblem {
     /// Text that is not TOML.
-    #[error("this is not TOML: {message}")]
+    #[error("this is not valid TOML: {message}")]
     NotToml { message: String },
     /// A key or a table that occurs twice.
-    #[error("'{key}' stands here a second time; each key and each table of keys may stand once")]
+    #[error("duplicate key '{key}': each key and each table may occur only once")]
     DuplicateKey { key: String },
     /// A key both in a table of a list and outside the list.
-    #[error(
-        "'{key}' stands outside [[{list}]], too, where it holds for each; it may stand in one of the two"
-    )]
+    #[error("'{key}' is given here and outside [[{list}]], where it applies to each; remove one of the two")]
     InAndOutside { key: String, list: String },
     /// An unknown key.
-    #[error("unknown key '{key}'{}; allowed here: {allowed}", suggest(suggestion))]
+    #[error("unknown key '{key}'{}", suggest(suggestion))]
     UnknownKey { key: String, suggestion: Option<String>, allowed: String },
     /// A missing key.
     #[error("missing key '{key}': {meaning}")]
@@ -101,25 +104,25 @@ pub enum FileProblem {
     #[error("'{key}' is {found}; it must be {allowed}")]
     NotAllowed { key: String, found: String, allowed: String },
     /// An empty text.
-    #[error("'{key}' is empty; it must say something")]
+    #[error("'{key}' must not be empty")]
     EmptyText { key: String },
     /// A character that XML does not allow in a model description.
-    #[error("'{key}' holds the character U+{:04X}; it must hold printable ones", u32::from(*found))]
+    #[error("'{key}' contains the character U+{:04X}; it must contain printable characters only", u32::from(*found))]
     Character { key: String, found: char },
     /// An unexpected unit.
-    #[error("'{key}' is in \"{found}\"; it must be in {expected}")]
+    #[error("the unit of '{key}' is \"{found}\"; it must be {expected}")]
     WrongUnit { key: String, found: String, expected: String },
     /// Mass and weight that do not agree.
     #[error(
-        "'mass.weight' is {} N and 'mass.mass' times {gravity} m/s2 is {} N; they must agree within {:.0} % \
-         (a weight in kg or pounds, or a mass in pounds?)",
+        "'mass.weight' is {} N, but 'mass.mass' times {gravity} m/s2 is {} N; they must agree within {:.0} % (is the \
+         weight in kg or pounds, or the mass in pounds?)",
         rounded(*weight), rounded(*expected), 100.0 * tolerance
     )]
     MassAndWeight { weight: f64, expected: f64, gravity: f64, tolerance: f64 },
     /// A moment of inertia that is physically impossible.
     #[error(
-        "'mass.{key}' is {} kg.m2, about the origin; it must be above mass {arm} = {} kg.m2, that of all the mass in \
-         one point ({key} about the centre of gravity, or another unit?)",
+        "'mass.{key}', about the origin, is {} kg.m2; it must be above mass {arm} = {} kg.m2, the value for a point \
+         mass (is {key} about the centre of gravity, or in another unit?)",
         rounded(*inertia), rounded(*of_a_point)
     )]
     Inertia { key: &'static str, arm: &'static str, inertia: f64, of_a_point: f64 },
@@ -137,7 +140,9 @@ pub enum FileProblem {
         source: CoefficientError,
     },
     /// Two actuators with the same name.
-    #[error("the actuator name \"{name}\" is already taken at line {first_line}; names must differ")]
+    #[error(
+        "the actuator name \"{name}\" is already used in line {first_line}; each actuator needs a name of its own"
+    )]
     DuplicateActuator { name: String, first_line: usize },
     /// Limits in the wrong order.
     #[error(
@@ -147,14 +152,14 @@ pub enum FileProblem {
     )]
     LimitsReversed { key: String, min: f64, max: f64, unit: &'static str },
     /// A list that is too long.
-    #[error("'{key}' is a list of {found}; it must be at most {most} long")]
+    #[error("'{key}' has {found} entries; it may have at most {most}")]
     TooLong { key: String, found: usize, most: usize },
     /// A decimal comma.
-    #[error("{found} is not a number: the decimal point is '.', not ','")]
+    #[error("{found} is not a number: the decimal separator is '.', not ','")]
     DecimalComma { found: String },
     /// A dotted name without quotes.
     #[error(
-        "the name {name} is a table {} here; write \"{name}\" in quotes",
+        "without quotes, {name} is read as a table {}; write \"{name}\" in quotes",
         name.split('.').next().unwrap_or_default()
     )]
     NoQuotes { name: String },
@@ -171,6 +176,16 @@ pub enum FileProblem {
 }
 
 impl FileProblem {
+    /// Returns the names that are allowed instead of an unknown one without a similar name; a file's message has equal
+    /// lists once.
+    fn allowed_names(&self) -> Option<&str> {
+        match self {
+            Self::UnknownKey { suggestion: None, allowed, .. } => Some(allowed),
+            Self::UnknownCoefficient { source, .. } if source.suggestion.is_none() => Some(&source.known),
+            _ => None,
+        }
+    }
+
     /// Returns the key that it is about, if it is about one.
     pub fn key(&self) -> Option<&str> {
         match self {

@@ -363,7 +363,8 @@ impl Effect {
 }
 
 /// Condition on the lag of an actuator with a rate limit.
-pub(crate) const LAG_WITH_RATE: &str = "above zero where a rate is given: the rate limit is that of the lag";
+pub(crate) const LAG_WITH_RATE: &str =
+    "above zero if a rate is given, because the rate limit is part of the lag";
 
 /// Returns the allowed values of a number of an actuator.
 pub(crate) fn allowed(key: &str) -> Allowed {

@@ -30,8 +30,8 @@ impl Allowed {
         match self {
             Self::Any => "any finite number",
             Self::Positive => "a number above zero",
-            Self::NonNegative => "zero or a positive number",
-            Self::NonPositive => "zero or a negative number",
+            Self::NonNegative => "a non-negative number",
+            Self::NonPositive => "a non-positive number",
         }
     }
 }

@@ -138,89 +138,89 @@ macro_rules! coefficients {
 
 coefficients! {
     "mass" {
-        mass Both ["kg"] Positive Required, "Mass in air, with the water that it encloses";
-        weight Both ["N"] Positive Required, "Weight W = mass times gravity";
-        x_G Both ["m"] Any Number(0.0), "Centre of gravity forward of the origin";
-        z_G Both ["m"] Any Required, "Centre of gravity below the origin";
-        I_yy Both ["kg.m2"] Positive Required, "Moment of inertia in pitch about the origin";
-        I_xx Lateral ["kg.m2"] NonNegative Number(0.0), "Moment of inertia in roll about the origin; 0 for motion \
-            in the vertical plane alone";
-        I_zz Lateral ["kg.m2"] NonNegative Axisymmetric("I_yy", 1.0), "Moment of inertia in yaw about the origin";
+        mass Both ["kg"] Positive Required, "mass in air, including enclosed water";
+        weight Both ["N"] Positive Required, "weight W = mass times gravity";
+        x_G Both ["m"] Any Number(0.0), "centre of gravity forward of the origin";
+        z_G Both ["m"] Any Required, "centre of gravity below the origin";
+        I_yy Both ["kg.m2"] Positive Required, "moment of inertia in pitch about the origin";
+        I_xx Lateral ["kg.m2"] NonNegative Number(0.0), "moment of inertia in roll about the origin; 0 for motion in \
+            the vertical plane only";
+        I_zz Lateral ["kg.m2"] NonNegative Axisymmetric("I_yy", 1.0), "moment of inertia in yaw about the origin";
     }
     "buoyancy" {
-        buoyancy Both ["N"] Positive Required, "Buoyancy B at the reference depth";
-        reference_depth Both ["m"] NonNegative Number(0.0), "Depth at which the buoyancy is given";
-        buoyancy_gradient Both ["N/m"] Any Number(0.0), "Change of buoyancy per metre of depth, dB/dz";
-        x_B Both ["m"] Any Number(0.0), "Centre of buoyancy forward of the origin";
-        z_B Both ["m"] Any Number(0.0), "Centre of buoyancy below the origin";
+        buoyancy Both ["N"] Positive Required, "buoyancy B at the reference depth";
+        reference_depth Both ["m"] NonNegative Number(0.0), "reference depth of the buoyancy";
+        buoyancy_gradient Both ["N/m"] Any Number(0.0), "change of buoyancy per metre of depth, dB/dz";
+        x_B Both ["m"] Any Number(0.0), "centre of buoyancy forward of the origin";
+        z_B Both ["m"] Any Number(0.0), "centre of buoyancy below the origin";
     }
     "water" {
-        density Both ["kg/m3"] Positive Required, "Density of the water";
-        kinematic_viscosity Longitudinal ["m2/s"] Positive Number(1.19e-6), "Kinematic viscosity of the water (sea \
+        density Both ["kg/m3"] Positive Required, "density of the water";
+        kinematic_viscosity Longitudinal ["m2/s"] Positive Number(1.19e-6), "kinematic viscosity of the water (sea \
             water at 15 degC: 1.19e-6)";
     }
     "added_mass" {
-        X_u_dot Both ["kg"] NonPositive Required, "Surge force per surge acceleration";
-        Z_w_dot Both ["kg"] NonPositive Required, "Heave force per heave acceleration";
-        Z_q_dot Both ["kg.m"] Any Required, "Heave force per pitch acceleration";
-        M_w_dot Both ["kg.m"] Any Required, "Pitch moment per heave acceleration";
-        M_q_dot Both ["kg.m2"] NonPositive Required, "Pitch moment per pitch acceleration";
-        Y_v_dot Lateral ["kg"] NonPositive Axisymmetric("Z_w_dot", 1.0), "Sway force per sway acceleration";
-        Y_p_dot Lateral ["kg.m"] Any Number(0.0), "Sway force per roll acceleration, and roll moment per sway \
+        X_u_dot Both ["kg"] NonPositive Required, "surge force per surge acceleration";
+        Z_w_dot Both ["kg"] NonPositive Required, "heave force per heave acceleration";
+        Z_q_dot Both ["kg.m"] Any Required, "heave force per pitch acceleration";
+        M_w_dot Both ["kg.m"] Any Required, "pitch moment per heave acceleration";
+        M_q_dot Both ["kg.m2"] NonPositive Required, "pitch moment per pitch acceleration";
+        Y_v_dot Lateral ["kg"] NonPositive Axisymmetric("Z_w_dot", 1.0), "sway force per sway acceleration";
+        Y_p_dot Lateral ["kg.m"] Any Number(0.0), "sway force per roll acceleration, and roll moment per sway \
             acceleration";
-        Y_r_dot Lateral ["kg.m"] Any Axisymmetric("Z_q_dot", -1.0), "Sway force per yaw acceleration, and yaw moment \
+        Y_r_dot Lateral ["kg.m"] Any Axisymmetric("Z_q_dot", -1.0), "sway force per yaw acceleration, and yaw moment \
             per sway acceleration";
-        K_p_dot Lateral ["kg.m2"] NonPositive Number(0.0), "Roll moment per roll acceleration";
-        K_r_dot Lateral ["kg.m2"] Any Number(0.0), "Roll moment per yaw acceleration, and yaw moment per roll \
+        K_p_dot Lateral ["kg.m2"] NonPositive Number(0.0), "roll moment per roll acceleration";
+        K_r_dot Lateral ["kg.m2"] Any Number(0.0), "roll moment per yaw acceleration, and yaw moment per roll \
             acceleration";
-        N_r_dot Lateral ["kg.m2"] NonPositive Axisymmetric("M_q_dot", 1.0), "Yaw moment per yaw acceleration";
+        N_r_dot Lateral ["kg.m2"] NonPositive Axisymmetric("M_q_dot", 1.0), "yaw moment per yaw acceleration";
     }
     "lift" {
-        Z_uw Longitudinal ["kg/m"] Any Required, "Heave force per |u| w: lift of hull and fixed fins";
-        Z_uq Longitudinal ["kg"] Any Required, "Heave force per |u| q";
-        M_uw Longitudinal ["kg"] Any Required, "Pitch moment per |u| w, beyond the Munk moment";
-        M_uq Longitudinal ["kg.m"] Any Required, "Pitch moment per |u| q: damping by the fixed fins";
-        Y_uv Lateral ["kg/m"] Any Axisymmetric("Z_uw", 1.0), "Sway force per |u| v: lift of hull and fixed fins";
-        Y_up Lateral ["kg"] Any Number(0.0), "Sway force per |u| p";
-        Y_ur Lateral ["kg"] Any Axisymmetric("Z_uq", -1.0), "Sway force per |u| r";
-        K_uv Lateral ["kg"] Any Number(0.0), "Roll moment per |u| v";
-        K_up Lateral ["kg.m"] Any Number(0.0), "Roll moment per |u| p: damping by the fixed fins";
-        K_ur Lateral ["kg.m"] Any Number(0.0), "Roll moment per |u| r";
-        N_uv Lateral ["kg"] Any Axisymmetric("M_uw", -1.0), "Yaw moment per |u| v, beyond the Munk moment";
-        N_up Lateral ["kg.m"] Any Number(0.0), "Yaw moment per |u| p";
-        N_ur Lateral ["kg.m"] Any Axisymmetric("M_uq", 1.0), "Yaw moment per |u| r: damping by the fixed fins";
+        Z_uw Longitudinal ["kg/m"] Any Required, "heave force per |u| w: lift of hull and fixed fins";
+        Z_uq Longitudinal ["kg"] Any Required, "heave force per |u| q";
+        M_uw Longitudinal ["kg"] Any Required, "pitch moment per |u| w, beyond the Munk moment";
+        M_uq Longitudinal ["kg.m"] Any Required, "pitch moment per |u| q: damping by the fixed fins";
+        Y_uv Lateral ["kg/m"] Any Axisymmetric("Z_uw", 1.0), "sway force per |u| v: lift of hull and fixed fins";
+        Y_up Lateral ["kg"] Any Number(0.0), "sway force per |u| p";
+        Y_ur Lateral ["kg"] Any Axisymmetric("Z_uq", -1.0), "sway force per |u| r";
+        K_uv Lateral ["kg"] Any Number(0.0), "roll moment per |u| v";
+        K_up Lateral ["kg.m"] Any Number(0.0), "roll moment per |u| p: damping by the fixed fins";
+        K_ur Lateral ["kg.m"] Any Number(0.0), "roll moment per |u| r";
+        N_uv Lateral ["kg"] Any Axisymmetric("M_uw", -1.0), "yaw moment per |u| v, beyond the Munk moment";
+        N_up Lateral ["kg.m"] Any Number(0.0), "yaw moment per |u| p";
+        N_ur Lateral ["kg.m"] Any Axisymmetric("M_uq", 1.0), "yaw moment per |u| r: damping by the fixed fins";
     }
     "damping" {
-        X_u Longitudinal ["kg/s"] NonPositive Number(0.0), "Surge force per u: linear damping";
-        Z_w Longitudinal ["kg/s"] NonPositive Number(0.0), "Heave force per w: linear damping";
-        Z_q Longitudinal ["kg.m/s"] Any Number(0.0), "Heave force per q: linear damping";
-        M_w Longitudinal ["kg.m/s"] Any Number(0.0), "Pitch moment per w: linear damping";
-        M_q Longitudinal ["kg.m2/s"] NonPositive Number(0.0), "Pitch moment per q: linear damping";
-        Z_ww Longitudinal ["kg/m"] NonPositive Number(0.0), "Heave force per w|w|: cross-flow drag";
-        Z_qq Longitudinal ["kg.m"] Any Number(0.0), "Heave force per q|q|: cross-flow drag";
-        M_ww Longitudinal ["kg"] Any Number(0.0), "Pitch moment per w|w|: cross-flow drag";
-        M_qq Longitudinal ["kg.m2"] NonPositive Number(0.0), "Pitch moment per q|q|: cross-flow drag";
-        M_uu Longitudinal ["kg"] Any Number(0.0), "Pitch moment per u|u|: asymmetry of the hull";
-        Y_v Lateral ["kg/s"] NonPositive Axisymmetric("Z_w", 1.0), "Sway force per v: linear damping";
-        Y_r Lateral ["kg.m/s"] Any Axisymmetric("Z_q", -1.0), "Sway force per r: linear damping";
-        Y_vv Lateral ["kg/m"] NonPositive Axisymmetric("Z_ww", 1.0), "Sway force per v|v|: cross-flow drag";
-        Y_rr Lateral ["kg.m"] Any Axisymmetric("Z_qq", -1.0), "Sway force per r|r|: cross-flow drag";
-        K_p Lateral ["kg.m2/s"] NonPositive Number(0.0), "Roll moment per p: linear damping";
-        K_pp Lateral ["kg.m2"] NonPositive Number(0.0), "Roll moment per p|p|: damping of the hull and its fins";
-        N_v Lateral ["kg.m/s"] Any Axisymmetric("M_w", -1.0), "Yaw moment per v: linear damping";
-        N_r Lateral ["kg.m2/s"] NonPositive Axisymmetric("M_q", 1.0), "Yaw moment per r: linear damping";
-        N_vv Lateral ["kg"] Any Axisymmetric("M_ww", -1.0), "Yaw moment per v|v|: cross-flow drag";
-        N_rr Lateral ["kg.m2"] NonPositive Axisymmetric("M_qq", 1.0), "Yaw moment per r|r|: cross-flow drag";
+        X_u Longitudinal ["kg/s"] NonPositive Number(0.0), "surge force per u: linear damping";
+        Z_w Longitudinal ["kg/s"] NonPositive Number(0.0), "heave force per w: linear damping";
+        Z_q Longitudinal ["kg.m/s"] Any Number(0.0), "heave force per q: linear damping";
+        M_w Longitudinal ["kg.m/s"] Any Number(0.0), "pitch moment per w: linear damping";
+        M_q Longitudinal ["kg.m2/s"] NonPositive Number(0.0), "pitch moment per q: linear damping";
+        Z_ww Longitudinal ["kg/m"] NonPositive Number(0.0), "heave force per w|w|: cross-flow drag";
+        Z_qq Longitudinal ["kg.m"] Any Number(0.0), "heave force per q|q|: cross-flow drag";
+        M_ww Longitudinal ["kg"] Any Number(0.0), "pitch moment per w|w|: cross-flow drag";
+        M_qq Longitudinal ["kg.m2"] NonPositive Number(0.0), "pitch moment per q|q|: cross-flow drag";
+        M_uu Longitudinal ["kg"] Any Number(0.0), "pitch moment per u|u|: asymmetry of the hull";
+        Y_v Lateral ["kg/s"] NonPositive Axisymmetric("Z_w", 1.0), "sway force per v: linear damping";
+        Y_r Lateral ["kg.m/s"] Any Axisymmetric("Z_q", -1.0), "sway force per r: linear damping";
+        Y_vv Lateral ["kg/m"] NonPositive Axisymmetric("Z_ww", 1.0), "sway force per v|v|: cross-flow drag";
+        Y_rr Lateral ["kg.m"] Any Axisymmetric("Z_qq", -1.0), "sway force per r|r|: cross-flow drag";
+        K_p Lateral ["kg.m2/s"] NonPositive Number(0.0), "roll moment per p: linear damping";
+        K_pp Lateral ["kg.m2"] NonPositive Number(0.0), "roll moment per p|p|: damping of the hull and its fins";
+        N_v Lateral ["kg.m/s"] Any Axisymmetric("M_w", -1.0), "yaw moment per v: linear damping";
+        N_r Lateral ["kg.m2/s"] NonPositive Axisymmetric("M_q", 1.0), "yaw moment per r: linear damping";
+        N_vv Lateral ["kg"] Any Axisymmetric("M_ww", -1.0), "yaw moment per v|v|: cross-flow drag";
+        N_rr Lateral ["kg.m2"] NonPositive Axisymmetric("M_qq", 1.0), "yaw moment per r|r|: cross-flow drag";
     }
     "hull" {
-        C_d Both ["1"] NonNegative Number(0.0), "Drag coefficient of the hull's sections in cross flow";
+        C_d Both ["1"] NonNegative Number(0.0), "drag coefficient of the hull's sections in cross flow";
     }
     "drag" {
-        X_uu Longitudinal ["kg/m"] NonPositive Number(0.0), "Surge force per u|u|: a constant drag coefficient";
-        length Longitudinal ["m"] Positive Number(1.0), "Length L of the hull in the Reynolds number";
-        wetted_area Longitudinal ["m2"] NonNegative Number(0.0), "Wetted area S_w of the hull, for friction by ITTC-57";
-        form_factor Longitudinal ["1"] NonNegative Number(1.0), "Form factor on the friction of a flat plate";
-        drag_area Longitudinal ["m2"] NonNegative Number(0.0), "Drag area C_d A of appendages and base";
+        X_uu Longitudinal ["kg/m"] NonPositive Number(0.0), "surge force per u|u|: a constant drag coefficient";
+        length Longitudinal ["m"] Positive Number(1.0), "length L of the hull in the Reynolds number";
+        wetted_area Longitudinal ["m2"] NonNegative Number(0.0), "wetted area S_w of the hull, for friction by ITTC-57";
+        form_factor Longitudinal ["1"] NonNegative Number(1.0), "form factor on the friction of a flat plate";
+        drag_area Longitudinal ["m2"] NonNegative Number(0.0), "drag area C_d A of appendages and base";
     }
 }
 
@@ -229,12 +229,12 @@ coefficients! {
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum CoefficientError {
     /// A coefficient outside its allowed values.
-    #[error("{key} is {} {unit}, and must be {}", Rounded(*found), allowed.describe())]
+    #[error("{key} is {} {unit}; it must be {}", Rounded(*found), allowed.describe())]
     NotAllowed { key: &'static str, found: f64, unit: &'static str, allowed: Allowed },
     /// A mass matrix, added mass included, that is not positive definite.
     #[error(
-        "the mass matrix ({numbers}, x_G, z_G and the added masses) is not positive definite: \
-         its least eigenvalue is {}, and must be above zero",
+        "the mass matrix ({numbers}, x_G, z_G and the added masses) is not positive definite: its least eigenvalue \
+         is {}; it must be above zero",
         Rounded(*least_eigenvalue)
     )]
     MassMatrixNotPositiveDefinite { numbers: &'static str, least_eigenvalue: f64 },

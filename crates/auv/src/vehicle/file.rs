@@ -80,7 +80,7 @@ fn vehicle_table(table: &Table<'_>) -> Option<(String, Status, String)> {
     table.allow_only(&["name", "status", "description"]);
     let name = table.text("name");
     if let Some(name) = name.as_ref().filter(|name| !is_vehicle_name(name)) {
-        let allowed = "at most 64 letters, digits, '_', '-' and spaces, beginning with a letter";
+        let allowed = "at most 64 letters, digits, '_', '-' and spaces, starting with a letter";
         table.not_allowed("name", cited(name), allowed);
     }
     let status = table.one_of("status", &Status::ALL.map(Status::word)).map(|index| Status::ALL[index]);
@@ -132,7 +132,7 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
     if combined {
         coefficients.split_combined_lift();
     } else if let Some(table) = root.table("added_mass").filter(|_| surge.is_given()) {
-        table.requires(SURGE_MASS, "surge force per surge acceleration, of which the Munk moment is made");
+        table.requires(SURGE_MASS, "surge force per surge acceleration, which enters the Munk moment");
     }
     coefficients
 }
@@ -152,7 +152,7 @@ fn check_lateral(
         let damping = ["K_up", "K_p", "K_pp"];
         if !damping.iter().any(|key| sources.contains_key(*key)) {
             let meaning =
-                "roll moment per |u| p, or K_p or K_pp in [damping]: without any the vehicle rolls for ever";
+                "roll moment per |u| p, or K_p or K_pp in [damping]: the motion in roll needs damping";
             report_missing("lift", "K_up", meaning.to_owned());
         }
         return;
@@ -165,12 +165,19 @@ fn check_lateral(
     let mass = root.table("mass").filter(|mass| mass.has(INERTIA_IN_ROLL));
     match mass.map(|mass| (mass, sources.contains_key(INERTIA_IN_ROLL))) {
         Some((mass, true)) => {
-            mass.not_allowed(INERTIA_IN_ROLL, "0", format!("above 0 (kg.m2), which '{of}' needs"));
+            mass.not_allowed(
+                INERTIA_IN_ROLL,
+                "0",
+                format!(
+                    "above 0 (kg.m2), because '{of}' moves the vehicle out of \
+                the vertical plane"
+                ),
+            );
         }
         // A value that could not be read is already reported.
         Some((_, false)) => {}
         None => {
-            let meaning = format!("moment of inertia in roll about the origin, above 0, which '{of}' needs");
+            let meaning = format!("moment of inertia in roll about the origin, above 0, required by '{of}'");
             report_missing("mass", INERTIA_IN_ROLL, meaning);
         }
     }

@@ -11,7 +11,8 @@ pub struct Geometry {
 
 impl Geometry {
     /// Condition on the diameter, for messages.
-    pub(crate) const ALLOWED: &str = "above zero, and at most half the length: the hull is taken as slender";
+    pub(crate) const ALLOWED: &str = "above zero and at most half the length, because the equations assume a slender \
+        hull";
 
     /// Returns a hull of this size; `None` if the diameter is not `Geometry::ALLOWED`.
     pub fn new(length: f64, diameter: f64) -> Option<Self> {

@@ -18,7 +18,7 @@ pub struct Hull {
 impl Hull {
     /// Condition on the stations, for messages.
     pub(crate) const ALLOWED: &str =
-        "two pairs [x, breadth] or more, from the stern to the bow: x rising, no breadth below zero";
+        "at least two pairs [x, breadth] from stern to bow, with increasing x and no negative breadth";
 
     /// Returns a hull with these stations; `None` if they are not `Hull::ALLOWED`.
     pub fn new(stations: &[[f64; 2]]) -> Option<Self> {

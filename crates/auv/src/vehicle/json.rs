@@ -81,10 +81,10 @@ pub struct VehicleJsonError {
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum JsonProblem {
     /// Text that is not the JSON of a vehicle.
-    #[error("not a vehicle: {0}")]
+    #[error("this is not a vehicle: {0}")]
     NotJson(String),
     /// A text or number that is not allowed.
-    #[error("`{key}` is {found}, and must be {allowed}")]
+    #[error("`{key}` is {found}; it must be {allowed}")]
     NotAllowed { key: String, found: String, allowed: &'static str },
     /// A missing number.
     #[error("`{0}` is missing")]
@@ -158,14 +158,14 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
         return Err(not_allowed("format", format, VEHICLE_FORMAT));
     }
     if !is_vehicle_name(&name) {
-        return Err(not_allowed("name", name, "the name of a vehicle"));
+        return Err(not_allowed("name", name, "a valid vehicle name"));
     }
     let Some(status) = Status::ALL.into_iter().find(|known| known.word() == status) else {
         return Err(not_allowed("status", status, "surrogate, published or measured"));
     };
     let mut coefficients = read_coefficients(&coefficients)?;
     if !stations.is_empty() {
-        let invalid = || not_allowed("stations", "not in this order".to_owned(), Hull::ALLOWED);
+        let invalid = || not_allowed("stations", "not in order".to_owned(), Hull::ALLOWED);
         coefficients.hull = Hull::new(&stations).ok_or_else(invalid)?;
     }
     let actuators = read_actuators(actuators)?;
@@ -174,7 +174,7 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
             return Err(not_allowed("given_speed_lag", lag.to_string(), Allowed::Positive.describe()));
         }
         if let Some(one) = actuators.iter().find(|one| one.effect.acts_along()) {
-            let allowed = "a control_surface without drag, at a given speed";
+            let allowed = "a control_surface without drag, because the speed is given";
             return Err(not_allowed(&one.name, one.effect.kind().to_owned(), allowed));
         }
         coefficients.surge = Surge::Given { lag };
@@ -217,13 +217,13 @@ fn read_actuators(rows: Vec<Row>) -> Result<Vec<Actuator>, JsonProblem> {
     let mut actuators: Vec<Actuator> = Vec::new();
     for row in rows {
         if !is_actuator_name(&row.name) || actuators.iter().any(|other| other.name == row.name) {
-            let allowed = "a name of its own, of letters, digits and `_`";
+            let allowed = "a unique name of letters, digits and `_`";
             return Err(not_allowed("actuators.name", row.name, allowed));
         }
         actuators.push(actuator(row)?);
     }
     if actuators.is_empty() {
-        Err(not_allowed("actuators", "empty".to_owned(), "one actuator or more"))
+        Err(not_allowed("actuators", "empty".to_owned(), "a list of at least one actuator"))
     } else {
         Ok(actuators)
     }
@@ -260,8 +260,12 @@ fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
         return Err(not_allowed(&format!("{name}.lag"), lag.to_string(), LAG_WITH_RATE));
     }
     if curve.as_ref().is_some_and(|curve| !fits(curve, min, max, &effect)) {
-        let found = format!("for other outputs than {min} to {max}");
-        return Err(not_allowed(&format!("{name}.curve"), found, "that of a thruster, and reach its limits"));
+        let found = format!("a curve that does not cover {min} to {max}");
+        return Err(not_allowed(
+            &format!("{name}.curve"),
+            found,
+            "the curve of a thruster and cover its limits",
+        ));
     }
     let effect = effect.map(|key, _| numbers.get(key).copied().unwrap_or(0.0));
     Ok(Actuator { name, min, max, lag, rate, curve, effect })

@@ -17,7 +17,7 @@ const ROLL: Sensed = lateral::SENSED[lateral::ROLL];
 pub(crate) const SENSED: [Sensed; 3] = [
     Sensed {
         signal: Signal {
-            reference: Some(Reference { name: "roll_reference", description: "wanted roll angle" }),
+            reference: Some(Reference { name: "roll_reference", description: "roll reference" }),
             range: Some([-PI / 2.0, PI / 2.0]),
             largest_step: LargestStep::Of(PI / 6.0),
             ..ROLL.signal
@@ -30,7 +30,7 @@ pub(crate) const SENSED: [Sensed; 3] = [
             name: "roll_rate",
             unit: "rad/s",
             units: &[Unit { name: "deg/s", factor: DEGREE }, Unit { name: "rad/s", factor: 1.0 }],
-            measured: "rate of roll",
+            measured: "roll rate",
             reference: None,
             row: &[("p", 1.0)],
             level: Level::Zero,

@@ -81,7 +81,7 @@ pub(super) fn read(root: &Table<'_>, units: &Units<'_>, sources: &mut Sources) -
 fn name(table: &Table<'_>, names: &mut Vec<(String, usize)>) -> Option<String> {
     let name = table.text("name")?;
     if !is_actuator_name(&name) {
-        table.not_allowed("name", cited(&name), "letters, digits and '_', beginning with a letter");
+        table.not_allowed("name", cited(&name), "letters, digits and '_', starting with a letter");
         return None;
     }
     if let Some((_, first_line)) = names.iter().find(|(other, _)| *other == name) {
@@ -116,7 +116,7 @@ impl Reader<'_> {
     /// Reads position, direction and torque of a thruster.
     fn one_thruster(&self, sources: &mut Sources) -> Option<Effect> {
         let [x, y] = ["x", "y"].map(|key| self.optional(key, &["m"], sources));
-        let z = self.required("z", &["m"], "position below the origin", sources);
+        let z = self.required("z", &["m"], "the position below the origin", sources);
         let [direction, azimuth] = ["direction", "azimuth"].map(|key| self.optional(key, &ANGLES, sources));
         let torque = self.optional("torque", &["m"], sources);
         let (azimuth, torque) = (azimuth?, torque?);
@@ -124,15 +124,19 @@ impl Reader<'_> {
     }
 
     fn thruster_group(self, sources: &mut Sources) -> Option<Actuator> {
-        let meaning = "[[thruster_group.thruster]], once for each thruster of the group";
+        let meaning = "one [[thruster_group.thruster]] for each thruster of the group";
         let members = self.table.requires("thruster", meaning).then(|| self.table.tables("thruster"))?;
         let mut sums = Some([[0.0; 3]; 2]);
         for (index, table) in members.iter().enumerate() {
             table.allow_only(&MEMBER);
             let name = format!("{}.{}", self.name, index + 1);
             let reader = Reader { name, table, units: self.units };
-            let share =
-                reader.required("share", &["1"], "thrust of this one for that of the command", sources);
+            let share = reader.required(
+                "share",
+                &["1"],
+                "the thrust of this thruster as a fraction of the command",
+                sources,
+            );
             let effect = reader.one_thruster(sources);
             let force = effect
                 .zip(share)
@@ -182,11 +186,11 @@ impl Reader<'_> {
         let out_of_range = [("min", limits.min), ("max", limits.max)];
         let out_of_range = out_of_range.into_iter().find(|(_, angle)| angle.abs() > FARTHEST_DEFLECTION);
         if let Some((key, angle)) = out_of_range {
-            let found = format!("{} rad, or {} deg", rounded(angle), rounded(angle.to_degrees()));
+            let found = format!("{} rad ({} deg)", rounded(angle), rounded(angle.to_degrees()));
             self.table.not_allowed(
                 key,
                 found,
-                "from -90 to 90 deg (an angle in degrees with the unit \"rad\"?)",
+                "from -90 to 90 deg (is the angle in degrees, with the unit \"rad\"?)",
             );
         }
         out_of_range.is_none()
@@ -206,7 +210,7 @@ impl Reader<'_> {
             {
                 if !within {
                     let side = if key == "min" { "at least" } else { "at most" };
-                    let allowed = format!("{side} {} N, where the curve ends", number(end));
+                    let allowed = format!("{side} {} N, the end of the curve", number(end));
                     self.table.not_allowed(key, format!("{} N", number(value)), allowed);
                     return None;
                 }
@@ -227,8 +231,8 @@ impl Reader<'_> {
             _ => self.required(key, output, meaning, sources),
         };
         let min = limit("min", 0, "the least output");
-        let max = limit("max", 1, "the greatest output");
-        let lag = self.required("lag", &["s"], "time constant of the lag", sources);
+        let max = limit("max", 1, "the largest output");
+        let lag = self.required("lag", &["s"], "the time constant of the lag", sources);
         let rate = self.optional("rate", of_rate, sources).map(|rate| (rate > 0.0).then_some(rate));
         let (lag, rate) = (lag?, rate?);
         if rate.is_some() && lag <= 0.0 {

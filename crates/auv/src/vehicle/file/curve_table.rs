@@ -27,7 +27,7 @@ pub(super) fn read(
         (true, false) => (CURVE, points(table)),
         (false, true) => (SQUARE, square(table)),
         (true, true) => {
-            let allowed = format!("left out, since '{CURVE}' is there: a thruster has one of the two");
+            let allowed = format!("omitted if '{CURVE}' is given: a thruster has one of the two");
             table.not_allowed(SQUARE, "given", allowed);
             return None;
         }
@@ -64,7 +64,7 @@ fn mistake(points: &[[f64; 2]]) -> String {
     };
     let [from, to] = [from, to].map(|[command, thrust]| format!("[{}, {}]", number(command), number(thrust)));
     match points {
-        [_] => format!("{from} alone"),
+        [_] => format!("only {from}"),
         _ if points.windows(2).any(|pair| falls(&pair)) => format!("{to} after {from}"),
         _ => format!("from {from} to {to}"),
     }

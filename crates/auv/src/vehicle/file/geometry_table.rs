@@ -20,8 +20,8 @@ pub(super) fn read(root: &Table<'_>, sources: &mut BTreeMap<String, String>) -> 
         sources.insert(format!("{SECTION}.{key}"), found.source);
         Some(found.value)
     };
-    let length = quantity("length", "length of the hull (m)");
-    let diameter = quantity("diameter", "largest diameter of the hull (m)");
+    let length = quantity("length", "the length of the hull (m)");
+    let diameter = quantity("diameter", "the largest diameter of the hull (m)");
     let (length, diameter) = (length?, diameter?);
     let geometry = Geometry::new(length, diameter);
     if geometry.is_none() {

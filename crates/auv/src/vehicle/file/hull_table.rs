@@ -12,7 +12,7 @@ pub(super) const STATIONS: &str = "stations";
 
 /// Reads the stations of the section.
 pub(super) fn read(table: &Table<'_>, sources: &mut BTreeMap<String, String>) -> Option<Hull> {
-    table.requires("C_d", "drag coefficient of the sections in cross flow");
+    table.requires("C_d", "the drag coefficient of the sections in cross flow");
     let meaning = "a table { value = [[x, breadth], ...], unit = \"m\", source = \"...\" }";
     let stations = table.requires(STATIONS, meaning).then(|| table.table(STATIONS)).flatten()?;
     stations.allow_only(&["value", "unit", "source"]);
@@ -23,7 +23,7 @@ pub(super) fn read(table: &Table<'_>, sources: &mut BTreeMap<String, String>) ->
     let hull = Hull::new(&pairs);
     match hull {
         Some(_) => _ = sources.insert(STATIONS.to_owned(), source),
-        None => stations.not_allowed("value", "not in this order", Hull::ALLOWED),
+        None => stations.not_allowed("value", "not in order", Hull::ALLOWED),
     }
     hull
 }

@@ -62,7 +62,7 @@ impl Scales<'_> {
         }
         let [mass, length, time] = powers(unit);
         if time != 0 && self.time.is_none() {
-            let meaning = format!("the speed U of the system, which '{key}' in \"{PRIME}\" needs");
+            let meaning = format!("the speed U of the system, required by '{key}' in \"{PRIME}\"");
             let problem = FileProblem::MissingKey { key: format!("{SECTION}.{SPEED}"), meaning };
             self.table.problem(problem);
             return None;

@@ -18,7 +18,7 @@ pub(super) fn read(root: &Table<'_>) -> Option<PublishedLinearModel> {
     table.allow_only(&[SPEED, POLES, "source", "note"]);
     let speed = table.requires(SPEED, "the speed of the linear model");
     let speed = speed.then(|| table.quantity(SPEED, &["m/s"], Allowed::Positive)).flatten();
-    let poles = table.pairs(POLES, "pairs [real part, imaginary part] in rad/s, one or more");
+    let poles = table.pairs(POLES, "one or more pairs [real part, imaginary part] in rad/s");
     let (source, note) = (table.text("source"), table.text("note"));
     Some(PublishedLinearModel {
         speed: speed?.value,

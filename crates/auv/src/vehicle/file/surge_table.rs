@@ -18,7 +18,7 @@ const DEFAULT_LAG: f64 = 1.0;
 const TABLES: [&str; 3] = ["thruster", "thruster_group", "drag"];
 const KEYS: [(&str, &str); 2] = [("damping", "X_u"), ("control_surface", "X_uu_delta2")];
 
-const LEFT_OUT: &str = "left out where surge.speed is \"given\": nothing else acts on the speed";
+const LEFT_OUT: &str = "omitted if surge.speed is \"given\", because nothing else then acts on the speed";
 
 /// Reads the section, if present, and refuses entries without meaning for a given speed.
 pub(super) fn read(root: &Table<'_>, sources: &mut BTreeMap<String, String>) -> Surge {

@@ -29,7 +29,7 @@ impl<'a> Units<'a> {
         accepted.extend(self.given.then_some(non_dimensional::PRIME));
         if !self.given && table.is_in(key, non_dimensional::PRIME) {
             let meaning =
-                format!("a table with system, length and density, which '{key}' in \"prime\" needs");
+                format!("a table with system, length and density, required by '{key}' in \"prime\"");
             table.blame(key, FileProblem::MissingKey { key: non_dimensional::SECTION.into(), meaning });
             return None;
         }
