@@ -17,24 +17,24 @@ pub enum Error {
     #[error("{path}: cannot be read: {reason}")]
     Unreadable { path: String, reason: io::Error },
     /// There is no such file.
-    #[error("{path}: there is no such file")]
+    #[error("{path}: file not found")]
     NotFound { path: String },
     /// The path is a directory.
-    #[error("{path}: this is a folder; it must be a file")]
+    #[error("{path}: this is a directory; it must be a file")]
     Folder { path: String },
     /// A symbolic link that is broken or cyclic.
     #[error(
-        "{path}: this is a link that leads to no file, or back to itself; it must be a file, or a link to one"
+        "{path}: this is a symbolic link without a target, or in a cycle; it must be a file, or a link to one"
     )]
     Link { path: String },
     /// A pipe, a device or a socket, whose content may be endless.
     #[error("{path}: this is a pipe or a device; it must be a file")]
     Special { path: String },
     /// A file above the size limit.
-    #[error("{path}: it has more than {} MB, the most that is read", LARGEST >> 20)]
+    #[error("{path}: the file is larger than {} MB, the largest size that is read", LARGEST >> 20)]
     Large { path: String },
     /// Text that is not UTF-8; `place` is the file, with the line if that is known.
-    #[error("{place}: the text is not UTF-8 but {found}; save the file as UTF-8")]
+    #[error("{place}: the text is {found}; save the file as UTF-8")]
     Encoding { place: String, found: String },
     /// The file cannot be written.
     #[error("{path}: cannot be written: {reason}")]
@@ -92,12 +92,12 @@ pub fn read(path: &Path) -> Result<String, Error> {
     let file = path.display();
     let encoded = |place: String, found| Error::Encoding { place, found };
     if UTF16_MARKS.iter().any(|mark| bytes.starts_with(mark)) || bytes.contains(&0) {
-        return Err(encoded(file.to_string(), "UTF-16, or no text at all".into()));
+        return Err(encoded(file.to_string(), "UTF-16, or binary".into()));
     }
     let text = String::from_utf8(bytes).map_err(|error| {
         let (at, bytes) = (error.utf8_error().valid_up_to(), error.as_bytes());
         let line = bytes[..at].iter().filter(|&&byte| byte == b'\n').count() + 1;
-        let found = format!("Latin-1 or the like (it holds the byte {:#04X})", bytes[at]);
+        let found = format!("in another encoding, such as Latin-1 (it contains the byte {:#04X})", bytes[at]);
         encoded(format!("{file}:{line}"), found)
     })?;
     Ok(text.strip_prefix(UTF8_MARK).map(str::to_owned).unwrap_or(text))
@@ -124,7 +124,7 @@ pub fn check_directory(directory: &Path) -> Result<(), Error> {
     let there = |p: &&Path| p.symlink_metadata().is_ok();
     let nearest = directory.ancestors().find(there).unwrap_or(Path::new("."));
     let attempt = if nearest.exists() && !nearest.is_dir() {
-        Err(io::Error::new(ErrorKind::NotADirectory, "it is a file, and a directory is needed here"))
+        Err(io::Error::new(ErrorKind::NotADirectory, "this is a file; it must be a directory"))
     } else {
         tempfile::tempfile_in(nearest).map(|_| ())
     };
@@ -152,7 +152,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 /// Returns a temporary file in the directory of `path`, synced to disk with all bytes; dropping it removes it.
 fn temporary(path: &Path, bytes: &[u8]) -> io::Result<TempPath> {
     if path.is_dir() {
-        return Err(io::Error::new(ErrorKind::IsADirectory, "it is a directory, and a file is needed here"));
+        return Err(io::Error::new(ErrorKind::IsADirectory, "this is a directory; it must be a file"));
     }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)?;
