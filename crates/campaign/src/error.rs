@@ -23,33 +23,33 @@ pub enum Error {
     #[strum(transparent)]
     Flight(#[from] squid_flight::error::Error),
     /// Results that cannot be read.
-    #[error("{path} is not a file of results: {reason}")]
+    #[error("{path} is not a results file of a campaign: {reason}")]
     Results { path: String, reason: String },
     /// Results of another campaign.
     #[error(
-        "{path} is of another campaign: {what} differs. Name another directory with --to, or remove this one to fly \
-         all flights again"
+        "{path} belongs to another campaign: {what} differs. Choose another directory with --to, or remove this one \
+         to simulate all flights again"
     )]
     Other { path: String, what: String },
     /// A feature of the campaign that FMUs do not support.
-    #[error("FMUs cannot fly {what}; fly the campaign without FMUs")]
+    #[error("FMUs cannot simulate {what}; run the campaign without FMUs")]
     NotOfFmus { what: String },
     /// A campaign without an axis.
-    #[error("there is no axis to fly")]
+    #[error("there is no axis to simulate")]
     NoAxis,
     /// An uncertain parameter that the vehicle does not have in six degrees of freedom.
-    #[error("{name} is uncertain in the vertical plane alone: fly one axis, by --axis")]
+    #[error(
+        "the uncertainty of {name} applies to motion in the vertical plane only; select one axis with --axis"
+    )]
     NotWhole { name: String },
     /// Rows that cannot be written as Parquet.
     #[cfg(feature = "parquet")]
     #[error("the results cannot be written as Parquet: {0}")]
     Parquet(#[from] ParquetError),
     /// A directory without results.
-    #[error(
-        "{path}: there is no such file; run `squid campaign` first, and name the directory of its results"
-    )]
+    #[error("{path}: file not found; run `squid campaign` first, and give the directory of its results")]
     NoCampaign { path: String },
     /// A flight that does not exist.
-    #[error("there is no flight {flight} in {path}: its flights are 0 to {last}")]
+    #[error("{path} has no flight {flight}; its flights are 0 to {last}")]
     NoFlight { path: String, flight: u64, last: u64 },
 }

@@ -61,9 +61,9 @@ impl Identity {
             ("the design file", self.design != other.design),
             ("the sea", self.sea != other.sea),
             ("the seed", self.seed != other.seed),
-            ("where in the uncertainty it flies", self.points != other.points),
-            ("how far off trim flights begin", self.starts != other.starts),
-            ("what flies, squid or FMUs,", self.fmus != other.fmus),
+            ("the distribution over the uncertainty", self.points != other.points),
+            ("the initial deviations from trim", self.starts != other.starts),
+            ("the simulator, squid or FMUs,", self.fmus != other.fmus),
             ("the version of squid", self.version != other.version),
         ];
         parts.into_iter().find(|(_, differs)| *differs).map(|(what, _)| what)
@@ -239,14 +239,17 @@ impl<'a> Plan<'a> {
         let uncertain = || self.uncertain.iter();
         let beyond = self.sea.as_ref().and_then(Sea::beyond_steady);
         let what = match (beyond, uncertain().find(effect), uncertain().find(curve)) {
-            _ if self.axes.len() > 1 => "several axes at once (--axis names one)".to_owned(),
-            _ if !self.identity.starts.in_trim() => "starts off the trim".to_owned(),
+            _ if self.axes.len() > 1 => "several axes together (select one with --axis)".to_owned(),
+            _ if !self.identity.starts.in_trim() => "initial deviations from trim".to_owned(),
             (Some(beyond), ..) => beyond,
             (_, Some(block), _) => {
-                format!("an uncertain {}, which is not a parameter of the vehicle's FMU", block.name)
+                format!("an uncertain {}, which is no parameter of the vehicle's FMU", block.name)
             }
             (.., Some(block)) => {
-                format!("an uncertain {}: the input of the vehicle's FMU is not its thrust", block.name)
+                format!(
+                    "an uncertain {}, because the corresponding input of the vehicle's FMU is not a thrust",
+                    block.name
+                )
             }
             _ => {
                 self.identity.fmus = true;

@@ -28,7 +28,11 @@ impl Starts {
     /// Returns the suffix of a campaign's name; empty if all flights start in trim.
     pub fn words(&self) -> String {
         let names: Vec<&str> = self.off().map(|(_, signal)| signal.name).collect();
-        if names.is_empty() { String::new() } else { format!(", begun off trim in {}", names.join(", ")) }
+        if names.is_empty() {
+            String::new()
+        } else {
+            format!(", with initial deviations from trim in {}", names.join(", "))
+        }
     }
 }
 
@@ -46,9 +50,10 @@ impl FromStr for Starts {
     fn from_str(text: &str) -> Result<Self, String> {
         let mut starts = Self::default();
         for part in text.split(',') {
-            let (index, size) = start(part).ok_or_else(|| format!("'{part}' is none of {}", allowed()))?;
+            let (index, size) =
+                start(part).ok_or_else(|| format!("'{part}' is not allowed; allowed are {}", allowed()))?;
             if starts.0[index] > 0.0 {
-                return Err(format!("{} occurs twice", SIGNALS[index].name));
+                return Err(format!("{} is given twice", SIGNALS[index].name));
             }
             starts.0[index] = size;
         }
@@ -71,7 +76,7 @@ fn allowed() -> String {
     let units = |signal: &Signal| signal.units.iter().map(|unit| unit.name).collect::<Vec<_>>().join(" or ");
     let one = |signal: &Signal| format!("{}=NUMBER in {}", signal.name, units(signal));
     let all: Vec<String> = SIGNALS.iter().map(one).collect();
-    format!("{}, a number above 0 with its unit, as in pitch=10deg,heave=0.1m/s", all.join(", "))
+    format!("{}, each a number above 0 with its unit, as in pitch=10deg,heave=0.1m/s", all.join(", "))
 }
 
 impl TryFrom<String> for Starts {

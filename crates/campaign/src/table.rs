@@ -151,7 +151,7 @@ fn rows(reader: &SerializedFileReader<File>) -> Result<(Identity, Vec<Row>), Str
     let metadata = reader.metadata().file_metadata();
     let pairs = metadata.key_value_metadata().map_or(&[][..], Vec::as_slice);
     let text = pairs.iter().find(|pair| pair.key == IDENTITY).and_then(|pair| pair.value.as_ref());
-    let text = text.ok_or_else(|| format!("its metadata has no '{IDENTITY}'"))?;
+    let text = text.ok_or_else(|| format!("its metadata do not contain '{IDENTITY}'"))?;
     let identity = serde_json::from_str(text).map_err(|why| format!("'{IDENTITY}': {why}"))?;
     let columns = metadata.schema_descr().num_columns();
     let is_first = |column: &usize| metadata.schema_descr().column(*column).name() == TIME.0;
