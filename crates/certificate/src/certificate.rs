@@ -125,17 +125,17 @@ impl Certificate {
             let (kind, proved) = claim.parts();
             let (path, name) = (format!("claims[{i}].{kind}"), proved.name());
             if self.claims[..i].iter().any(|other| other.parts().1.name() == name) {
-                return Err(Failure::malformed(path, format_args!("{name} is made twice")));
+                return Err(Failure::malformed(path, format_args!("{name} occurs twice")));
             }
             if self.discrete && !claim.holds_in_discrete_time() {
-                let reason = "is of a loop in continuous time, but `discrete` is true";
+                let reason = "applies to continuous time only, but `discrete` is true";
                 return Err(Failure::malformed(path, reason));
             }
             self.check_needs(claim, &path)?;
             proved.check(&path, self.system())?;
         }
         if !self.errors.is_empty() && self.robust_gain().is_none() && self.constant().is_none() {
-            let reason = "no claim covers them; leave them out, or claim a gain with `lambda`";
+            let reason = "no claim covers the model errors; omit them, or add a claim `gain` with `lambda`";
             return Err(Failure::malformed("errors", reason));
         }
         Ok(())
@@ -151,22 +151,24 @@ impl Certificate {
             Claim::Constant(_) => (false, false),
         };
         if rests_on_gain && self.gain().is_none() {
-            return wrong("needs the claim `gain` without lambda, for parameters that vary arbitrarily fast");
+            return wrong(
+                "requires the claim `gain` without lambda, for parameters that vary arbitrarily fast",
+            );
         }
         if with_error && self.model_error().is_none() {
             return wrong(
-                "needs one model error in `errors`, and the claim `gain` with lambda, which covers it",
+                "requires one model error in `errors`, and the claim `gain` with lambda that covers it",
             );
         }
         match claim {
             Claim::Rate(robust)
                 if with_error && self.rate().is_none_or(|plain| plain.rate != robust.rate) =>
             {
-                let allowed = "that of the claim `rate` without lambda";
+                let allowed = "the rate of the claim `rate` without lambda";
                 Err(Failure::found(format!("{path}.rate"), robust.rate, allowed))
             }
             Claim::Constant(_) if self.claims.len() > 1 => {
-                wrong("is a claim that stands alone, but `claims` has others")
+                wrong("must be the only claim, but `claims` has others")
             }
             _ => Ok(()),
         }

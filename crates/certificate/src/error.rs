@@ -16,8 +16,8 @@ pub enum Failure {
     Malformed { path: String, reason: String },
     /// Plant and controller that do not determine u and y.
     #[error(
-        "the claim is not proved: the loop is not well posed, for I - Duy D22 is singular (its determinant is \
-            exactly 0); another controller is needed, one with another Duy"
+        "the claim is not proved: the loop is not well posed, because I - Duy D22 is singular (its determinant is \
+            exactly 0); use a controller with another Duy"
     )]
     NotWellPosed,
     /// Number that violates a condition; `part` is its name, here and below that of the matrix.
@@ -40,7 +40,7 @@ impl Failure {
 
     /// Creates a [`Failure::Malformed`] for a value that is not allowed.
     pub(crate) fn found(path: impl Into<String>, found: impl Display, allowed: &str) -> Self {
-        Self::malformed(path, format_args!("found {found}, allowed is {allowed}"))
+        Self::malformed(path, format_args!("found {found}; it must be {allowed}"))
     }
 
     /// Creates a [`Failure::Condition`].
@@ -71,8 +71,8 @@ impl Display for ClaimName {
         f.write_str(match self {
             Self::Gain => "the claim",
             Self::RobustGain => "the claim with model error",
-            Self::Rate => "the claim of a bounded rate",
-            Self::RobustRate => "the claim of a bounded rate with model error",
+            Self::Rate => "the claim for a bounded rate",
+            Self::RobustRate => "the claim for a bounded rate with model error",
             Self::Limits => "the claim with limits",
             Self::Constant => "the claim for constant parameters",
         })

@@ -175,7 +175,7 @@
 //! assert_eq!(
 //!     theorem.to_string(),
 //!     "The closed loop of 1 state is exponentially stable and its L2 gain from w to z is below 1.25. \
-//!      Nothing is proved of a plant that differs from the one in the certificate: it covers no model error."
+//!      The certificate covers no model error: nothing is proved about a plant that differs from the one in it."
 //! );
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

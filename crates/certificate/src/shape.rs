@@ -53,7 +53,7 @@ pub(crate) fn at_least_one(field: &str, part: &str, (found, meaning): Size) -> R
     if found > 0 {
         return Ok(());
     }
-    Err(Failure::malformed(field, format_args!("has no {part}, must have at least one ({meaning})")))
+    Err(Failure::malformed(field, format_args!("has no {part}; it must have at least one ({meaning})")))
 }
 
 pub(crate) fn check_number(field: &str, x: f64) -> Result<(), Failure> {
@@ -69,7 +69,7 @@ pub(crate) fn check_length(
     if is_allowed {
         return Ok(());
     }
-    Err(Failure::malformed(field, format_args!("has {found} entries, must have {allowed}")))
+    Err(Failure::malformed(field, format_args!("number of entries is {found}; it must be {allowed}")))
 }
 
 pub(crate) fn check_list(field: &str, list: &[f64], (size, meaning): Size) -> Result<(), Failure> {
@@ -79,14 +79,14 @@ pub(crate) fn check_list(field: &str, list: &[f64], (size, meaning): Size) -> Re
 
 pub(crate) fn check_matrix(field: &str, m: &Rows, rows: Size, cols: Size) -> Result<(), Failure> {
     let malformed = |found: String, (expected, meaning): Size| {
-        Err(Failure::malformed(field, format_args!("{found}, must have {expected} ({meaning})")))
+        Err(Failure::malformed(field, format_args!("{found}; it must be {expected} ({meaning})")))
     };
     if m.len() != rows.0 {
-        return malformed(format!("found {} rows", m.len()), rows);
+        return malformed(format!("number of rows is {}", m.len()), rows);
     }
     for (i, row) in m.iter().enumerate() {
         if row.len() != cols.0 {
-            return malformed(format!("row {i} has {} numbers", row.len()), cols);
+            return malformed(format!("length of row {i} is {}", row.len()), cols);
         }
         row.iter().enumerate().try_for_each(|(j, &x)| check_number(&format!("{field}[{i}][{j}]"), x))?;
     }

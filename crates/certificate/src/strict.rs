@@ -36,29 +36,37 @@ impl fmt::Display for JsonError {
 pub fn from_json<T: DeserializeOwned>(text: &str) -> Result<T, JsonError> {
     // serde would read a list as a struct with its fields in order.
     if text.trim_start().starts_with('[') {
-        let (path, reason) = (String::new(), "found a list, must be an object".into());
+        let (path, reason) = (String::new(), "found a list; it must be an object".into());
         return Err(JsonError { path, line: 1, column: 1, reason, is_json: true });
     }
     let mut json = serde_json::Deserializer::from_str(text);
     let read = serde_path_to_error::deserialize(&mut json)
-        .map_err(|error| (error.path().to_string().trim_start_matches('.').to_owned(), error.into_inner()));
+        .map_err(|error| (known_part(&error.path().to_string()).to_owned(), error.into_inner()));
     let read = read.and_then(|value| json.end().map(|()| value).map_err(|error| (String::new(), error)));
     read.map_err(|(path, error)| {
         let (line, column) = (error.line(), error.column());
         let reason = error.to_string();
         let position = format!(" at line {line} column {column}");
-        let reason = in_json_terms(reason.strip_suffix(&position).unwrap_or(&reason));
-        // Serde takes a value of another kind than its enum for an error of syntax.
+        // Serde takes a value of another type than its enum for an error of syntax.
         let is_json = error.is_data() || serde_json::from_str::<serde_json::Value>(text).is_ok();
+        let reason = match reason.strip_suffix(&position).unwrap_or(&reason) {
+            "expected value" if is_json => "expected a string, or an object with one key".to_owned(),
+            reason => in_json_terms(reason),
+        };
         JsonError { path, line, column, reason, is_json }
     })
+}
+
+/// Returns a path without a separator in front, and without unknown parts, `?`, at its end.
+fn known_part(path: &str) -> &str {
+    path.trim_start_matches('.').trim_end_matches(['.', '?'])
 }
 
 /// Replaces the type names of serde by those of JSON.
 fn in_json_terms(reason: &str) -> String {
     const TERMS: [(&str, &str); 6] = [
         ("expected f64", "expected a number"),
-        ("expected usize", "expected a whole number from 0"),
+        ("expected usize", "expected a non-negative integer"),
         ("expected a sequence", "expected a list"),
         ("an array of length", "a list of length"),
         ("type: sequence", "type: a list"),

@@ -13,7 +13,7 @@ pub(crate) fn positive(claim: ClaimName, name: &str, found: f64) -> Result<(), F
     if found > 0.0 {
         return Ok(());
     }
-    Err(Failure::condition(claim, name, format_args!("{name} is {found:e}, must be above 0")))
+    Err(Failure::condition(claim, name, format_args!("{name} is {found:e}; it must be above 0")))
 }
 
 /// Checks `m = m'`.
@@ -60,8 +60,9 @@ pub(crate) fn commuting(
             let entry = m[row][column];
             if of_row != of_column && entry != 0.0 {
                 let reason = format!(
-                    "{matrix} does not commute with Theta: entry [{row}][{column}] is {entry:e}, must be 0, because \
-                     channel {row} carries parameter {of_row} and channel {column} parameter {of_column}"
+                    "{matrix} does not commute with Theta: entry [{row}][{column}] is {entry:e}; it must be 0, \
+                     because channel {row} belongs to parameter {of_row} and channel {column} to parameter \
+                     {of_column}"
                 );
                 return Err(Failure::Structure { claim, part: matrix.into(), reason });
             }
@@ -97,8 +98,8 @@ pub(crate) fn definite(claim: ClaimName, matrix: &str, sign: Sign, blocked: &Blo
         let pivot = if negative { -value } else { value };
         let found = if wrong.exactly_zero { "exactly 0".into() } else { format!("about {pivot:+.3e}") };
         let reason = format!(
-            "{matrix} is not {} definite: in its elimination the pivot of row {}, row {row_in_block} of block \
-             {block}, is {found}, must be {} 0",
+            "{matrix} is not {} definite: the pivot of row {} (row {row_in_block} of block {block}) in its \
+             elimination is {found}; it must be {} 0",
             sign.word(),
             wrong.row,
             if negative { "below" } else { "above" }

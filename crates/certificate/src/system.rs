@@ -70,14 +70,14 @@ impl Loop<'_> {
         at_least_one("plant.D11", "columns", (s.w, "inputs w"))?;
         let rows = self.inequality_rows(s);
         if rows > MOST_ROWS {
-            let reason = format!("the inequality has {rows} rows, at most {MOST_ROWS} are proved");
+            let reason = format!("the inequality has {rows} rows; at most {MOST_ROWS} are supported");
             return Err(Failure::malformed("plant", reason));
         }
         check_blocks("blocks", self.blocks, "plant.Ct", s.t)?;
         check_blocks("controller_blocks", self.controller_blocks, "controller.Ct", s.tk)?;
         self.check_parameters()?;
-        let (x, t) = ((s.x, "plant's states"), (s.t, "plant's channels"));
-        let (xk, tk) = ((s.xk, "controller's states"), (s.tk, "controller's channels"));
+        let (x, t) = ((s.x, "states of the plant"), (s.t, "channels of the plant"));
+        let (xk, tk) = ((s.xk, "states of the controller"), (s.tk, "channels of the controller"));
         let (w, z, u, y) = ((s.w, "inputs w"), (s.z, "outputs z"), s.controls(), (s.y, "measurements y"));
         check_matrices("plant", &self.plant.named(), &[x, t, z, y], &[x, t, w, u])?;
         if !self.plant.d22.is_empty() {
@@ -102,7 +102,7 @@ impl Loop<'_> {
     /// Checks that the plant has no direct path from u to y.
     pub(crate) fn check_no_direct_path(self, path: &str) -> Result<(), Failure> {
         if self.plant.direct_path().is_some() {
-            let reason = "is of plants without a direct path from u to y, but plant.D22 is not 0";
+            let reason = "requires a plant without direct path from u to y, but plant.D22 is not 0";
             return Err(Failure::malformed(path, reason));
         }
         Ok(())
@@ -113,8 +113,8 @@ impl Loop<'_> {
         let Some(i) = (0..self.parameters()).find(|i| self.channels_of(*i) == 0) else { return Ok(()) };
         let field = if i < self.blocks.len() { "blocks" } else { "controller_blocks" };
         let reason = format!(
-            "is 0 or missing in blocks and controller_blocks alike, must be above 0 in one of them: no channel has \
-             parameter {i}"
+            "is 0 or missing in both blocks and controller_blocks; it must be above 0 in one of them, because \
+             otherwise no channel has parameter {i}"
         );
         Err(Failure::malformed(format!("{field}[{i}]"), reason))
     }
@@ -138,6 +138,7 @@ fn check_blocks(field: &str, blocks: &[usize], matrix: &str, expected: usize) ->
     if found == expected {
         return Ok(());
     }
-    let reason = format!("adds up to {found}, but {matrix} has {expected} rows: one for each channel");
+    let reason =
+        format!("has the sum {found}, but the number of rows of {matrix}, one per channel, is {expected}");
     Err(Failure::malformed(field, reason))
 }

@@ -73,7 +73,7 @@ impl Theorem {
             (Some(gamma), _) => vec![self.gain(gamma, None), self.model_error()],
             (None, Some(RateTheorem { rate, gamma, .. })) => vec![
                 self.gain(gamma, Some(rate)),
-                "Nothing is proved of a parameter that moves faster.".into(),
+                "Nothing is proved about a parameter that changes faster.".into(),
                 self.model_error(),
             ],
             (None, None) => vec![],
@@ -99,7 +99,7 @@ impl Theorem {
         let known = match self.scheduled {
             _ if self.finished => String::new(),
             all if all == self.parameters => String::new(),
-            some => format!(", {some} of which the controller depends on,"),
+            some => format!(", of which the controller depends on {some},"),
         };
         let course = match (self.discrete, rate) {
             (true, _) => "sequence",
@@ -107,7 +107,7 @@ impl Theorem {
             (false, Some(_)) => "Lipschitz continuous trajectory",
         };
         let motion =
-            rate.map_or_else(String::new, |rate| format!(" that moves by at most {rate} in a unit of time"));
+            rate.map_or_else(String::new, |rate| format!(" that changes by at most {rate} per unit of time"));
         match self.parameters {
             0 => format!("T{}.", &loop_[1..]),
             1 => format!("For every {course} of the parameter in [-1, 1]{motion}{known} {loop_}."),
@@ -118,12 +118,13 @@ impl Theorem {
     fn model_error(&self) -> String {
         match self.gamma_with_model_error {
             Some(gamma) => format!(
-                "It stays exponentially stable, and the gain below {gamma}, when [A B1 B2] of the plant is replaced by \
-                 [A B1 B2] + E Delta [F Fw Fu] for any measurable Delta(t) with a largest singular value of at most 1."
+                "It remains exponentially stable, and its gain remains below {gamma}, if [A B1 B2] of the plant is \
+                 replaced by [A B1 B2] + E Delta [F Fw Fu] for any measurable Delta(t) with largest singular value \
+                 at most 1."
             ),
             None => {
-                "Nothing is proved of a plant that differs from the one in the certificate: it covers no \
-                     model error."
+                "The certificate covers no model error: nothing is proved about a plant that differs from the one in \
+                     it."
                     .into()
             }
         }

@@ -142,15 +142,19 @@ impl fmt::Display for ConstantTheorem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { gamma, varying, rates, constant, scheduled, states, errors } = self;
         let s = |n: usize| if n == 1 { "" } else { "s" };
-        write!(f, "For every measurable trajectory of {varying} parameter{} in [-1, 1], ", s(*varying))?;
-        for rate in rates {
-            write!(f, "every trajectory in [-1, 1] of one more that changes by at most {rate} a second, ")?;
-        }
+        let varying = (*varying > 0)
+            .then(|| format!("every measurable trajectory of {varying} parameter{}", s(*varying)));
+        let slow = rates.iter().map(|rate| {
+            format!("every trajectory of one parameter that changes by at most {rate} per unit of time")
+        });
+        let constant =
+            (*constant > 0).then(|| format!("every constant value of {constant} parameter{}", s(*constant)));
+        let cases: Vec<String> = varying.into_iter().chain(slow).chain(constant).collect();
         write!(
             f,
-            "and every constant value of {constant} more in [-1, 1], the closed loop of {states} state{}, whose \
-             controller depends on {scheduled} parameter{}, is exponentially stable and its L2 gain from w to z is \
-             below {gamma}",
+            "For {}, all in [-1, 1], the closed loop of {states} state{}, whose controller depends on {scheduled} \
+             parameter{}, is exponentially stable and its L2 gain from w to z is below {gamma}",
+            cases.join(" and "),
             s(*states),
             s(*scheduled),
         )?;
@@ -158,10 +162,9 @@ impl fmt::Display for ConstantTheorem {
             0 => f.write_str("."),
             n => write!(
                 f,
-                ", also when to [A B1 B2] of the plant {n} term{} E Delta [F Fw Fu] {} added, for any \
-                 measurable Delta(t) with a largest singular value of at most 1.",
-                s(*n),
-                if *n == 1 { "is" } else { "are" }
+                ", also with {n} term{} E Delta [F Fw Fu] added to [A B1 B2] of the plant, for any measurable Delta(t) \
+                 with largest singular value at most 1.",
+                s(*n)
             ),
         }
     }
@@ -177,19 +180,19 @@ impl Constant {
             if system.channels_of(parameter) == 0 || before.is_some_and(|before| parameter < before.parameter)
             {
                 let allowed =
-                    "the number of a parameter that has channels, not smaller than that of the filter before";
+                    "the index of a parameter with channels, not smaller than that of the previous filter";
                 return Err(Failure::found(at("parameter"), parameter, allowed));
             }
             check_number(&at("pole"), pole)?;
             check_number(&at("rate"), rate)?;
             if rate < 0.0 {
-                return Err(Failure::found(at("rate"), rate, "a number that is at least 0"));
+                return Err(Failure::found(at("rate"), rate, "a non-negative number"));
             }
             if before.is_some_and(|before| before.parameter == parameter && before.rate != rate) {
                 return Err(Failure::found(
                     at("rate"),
                     rate,
-                    "the rate of the other filters of that parameter",
+                    "the rate of the other filters of this parameter",
                 ));
             }
             before = Some(filter);
@@ -215,7 +218,8 @@ impl Provable for Constant {
         let with_rate: usize = self.filters.iter().filter(|filter| filter.rate > 0.0).map(of_filter).sum();
         let states = (s.states().0 + 2 * filtered, "states of plant, controller and filters");
         let channels = s.channels().0 + filtered + with_rate;
-        let channels = (channels, "channels of plant and controller, the filtered ones, and those of rates");
+        let channels =
+            (channels, "channels of plant and controller, filtered channels, and channels of rates");
         check_matrix(&at("X"), &self.x, states, states)?;
         check_matrix(&at("S"), &self.s, channels, channels)?;
         check_matrix(&at("T"), &self.t, channels, channels)

@@ -100,15 +100,15 @@ impl fmt::Display for LimitTheorem {
             n => format!(" and the rates of {n} states of the plant limited"),
         };
         let rows =
-            delta_rows.map_or_else(String::new, |rows| format!(" with rows of 0 after the first {rows}"));
+            delta_rows.map_or_else(String::new, |rows| format!(" with zero rows after the first {rows}"));
         let where_ = if *everywhere { "from every state" } else { "within its region" };
         write!(
             f,
-            "With commands saturated at the limits in the file{rate_limits}, anti-windup by the gain E, and \
-             that Delta{rows}: a step of at most {size} from rest at input {input}, behind the filters of the plant \
-             that the loop does not drive, a jump by as much of one measurement, held for any time and removed, leaves \
-             the state in the region in the file. The loop then returns to rest exponentially, \
-             {where_}: x'Xx decays with the rate {decay}."
+            "With commands saturated at the limits in the file{rate_limits}, anti-windup with the gain E, and the \
+             same Delta{rows}: after a step of at most {size} from rest at input {input}, applied after the filters \
+             of the plant that the loop does not drive (an equal jump of one measurement), held for any time and \
+             removed, the state is in the region in the file. The loop then returns to rest exponentially, {where_}: \
+             x'Xx decays at the rate {decay}."
         )
     }
 }
@@ -125,7 +125,8 @@ impl Limits {
                 || self.rates[..i].contains(state)
                 || error.e.get(*state).is_some_and(by_delta)
             {
-                let allowed = "a state of the plant that the loop moves and Delta does not, each once";
+                let allowed =
+                    "a state of the plant that the loop drives and Delta does not, without repetition";
                 return Err(Failure::found(format!("{path}.rates[{i}]"), state, allowed));
             }
         }
@@ -147,17 +148,17 @@ impl Provable for Limits {
         }
         system.check_no_direct_path(path)?;
         if self.input >= s.w {
-            let reason = format!("found {}, must be below {}, the number of inputs w", self.input, s.w);
+            let reason = format!("found {}; it must be below {}, the number of inputs w", self.input, s.w);
             return Err(Failure::malformed(at("input"), reason));
         }
         if system.jumping_measurement(self.input).is_none() {
-            let allowed = "an input w whose step is a jump by as much of one measurement y, and reaches the loop \
-                           nowhere else, also not through filters (size would not count all that arrives)";
+            let allowed = "an input w whose step is an equal jump of one measurement y and acts on the loop in no \
+                           other way, nor through filters (`size` would not cover all of its effect)";
             return Err(Failure::found(at("input"), self.input, allowed));
         }
         let states = (system.moving_states().len() + s.xk, "states of the loop with limits");
         let limited = (s.u + self.check_rates(path, system, error)?, "controls u and rates");
-        check_matrix(&at("E"), &self.e, (s.xk, "controller's states"), s.controls())?;
+        check_matrix(&at("E"), &self.e, (s.xk, "states of the controller"), s.controls())?;
         check_scalings(path, states, s, ("X", &self.x), [&self.s, &self.t])?;
         check_matrix(&at("H"), &self.h, limited, states)?;
         let numbers = [self.size, self.decay, self.beta, self.lambda];
@@ -189,12 +190,12 @@ impl Provable for Limits {
         let held = Matrix::from_rows(&vec![self.x_held.clone()], closed.states).scaled(&size);
         let level = &held.times(&x).times(&held.transpose())[(0, 0)];
         if !(&beta + &-level).is_positive() {
-            return Err(too_large("takes x'Xx to beta, or above it".into()));
+            return Err(too_large("drives x'Xx to beta or above".into()));
         }
         for (j, (limit, u)) in self.limits.iter().zip(&self.u_held).enumerate() {
             let used = (&size * &Dyadic::from_f64(*u)).abs().shifted(1);
             if (&used + &-&Dyadic::from_f64(*limit)).is_positive() {
-                return Err(too_large(format!("takes more than half of limit {j}")));
+                return Err(too_large(format!("requires more than half of limit {j}")));
             }
         }
         out_of_reach(claim, (&x, &self.h, &self.limits), &beta.shifted(2), "4 beta")

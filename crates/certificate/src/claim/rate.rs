@@ -78,12 +78,12 @@ impl fmt::Display for RateTheorem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "Where the parameter moves by at most {} in a unit of time, the gain is below {}",
+            "For a parameter that changes by at most {} per unit of time, the gain is below {}",
             self.rate, self.gamma
         )?;
         match self.gamma_with_model_error {
-            Some(gamma) => write!(f, ", and with that Delta below {gamma}."),
-            None => f.write_str("; of another plant nothing is proved."),
+            Some(gamma) => write!(f, ", and with the same Delta below {gamma}."),
+            None => f.write_str("; nothing is proved about any other plant."),
         }
     }
 }
@@ -103,7 +103,7 @@ impl Provable for Rate {
         let at = |name: &str| format!("{path}.{name}");
         let (s, parameters) = (system.sizes(), system.parameters());
         if parameters != 1 {
-            let reason = format!("is of 1 parameter, but blocks and controller_blocks have {parameters}");
+            let reason = format!("requires 1 parameter, but blocks and controller_blocks have {parameters}");
             return Err(Failure::malformed(path, reason));
         }
         if let Some(lambda) = self.lambda {
@@ -120,7 +120,7 @@ impl Provable for Rate {
         let points = &self.breakpoints;
         let ascending = points.windows(2).all(|ends| ends[0] < ends[1]);
         if points.first() != Some(&-1.0) || points.last() != Some(&1.0) || !ascending {
-            return Err(Failure::malformed(at("breakpoints"), "must ascend from -1 to 1"));
+            return Err(Failure::malformed(at("breakpoints"), "must increase from -1 to 1"));
         }
         let intervals = points.len() - 1;
         let each = format!("{intervals}, one for each interval");
@@ -141,7 +141,7 @@ impl Provable for Rate {
     fn prove(&self, system: Loop<'_>) -> Result<(), Failure> {
         let claim = self.name();
         if self.rate < 0.0 {
-            let reason = format!("the rate is {:e}, must be at least 0", self.rate);
+            let reason = format!("the rate is {:e}; it must be at least 0", self.rate);
             return Err(Failure::condition(claim, "rate", reason));
         }
         positive(claim, "gamma", self.gamma)?;
