@@ -69,7 +69,7 @@ pub fn frozen_rows(lft: &LftMatrices) -> squid_certificate::Controller {
 /// # Errors
 /// [`ProofError::Mismatch`] if their shapes do not match.
 pub fn controller_of(lft: &LftMatrices) -> Result<Controller, ProofError> {
-    let wrong = || ProofError::Mismatch { what: "the shape of a matrix of the controller".into() };
+    let wrong = || ProofError::Mismatch { what: "the shape of a controller matrix".into() };
     controller(&lft.blocks, &frozen_rows(lft)).ok_or_else(wrong)
 }
 

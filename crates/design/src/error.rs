@@ -60,7 +60,7 @@ pub enum Error {
         reason: squid_lpv::mu::sweep::SweepError,
     },
     /// The finished controller failed a check.
-    #[error("the controller is refused: {0}")]
+    #[error("the controller is rejected: {0}")]
     Refused(#[from] Refusal),
     /// A certificate does not prove its claim.
     #[error(transparent)]

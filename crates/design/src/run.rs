@@ -66,7 +66,7 @@ pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
 /// The errors of [`run`] and of [`robust`].
 pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Result<Finished, Error> {
     if with_robust && inputs.design.controller.is_some() {
-        let (file, what) = (inputs.design.file.clone(), "there is no robust one to look for");
+        let (file, what) = (inputs.design.file.clone(), "there is no robust controller to search for");
         return Err(InputError::GivenController { file, what }.into());
     }
     progress.done("vehicle", &vehicle_line(inputs));

@@ -119,7 +119,7 @@ impl Stored {
             controller: frozen.controller.clone(),
             plant: frozen.plant.clone(),
             manoeuvre: inputs.design.manoeuvre.clone(),
-            certificate: Err("not asked for".into()),
+            certificate: Err("no certificate was requested".into()),
             sampled: None,
             robust: None,
             rows: vec![],
@@ -148,7 +148,7 @@ impl Stored {
     /// # Errors
     /// The reason why nothing is proved of the sampled loop.
     pub fn prove_sampled(&self, inputs: &Inputs) -> Result<Theorem, String> {
-        let text = self.sampled.as_ref().ok_or_else(|| format!("there is no {}", sampled::CERTIFICATE))?;
+        let text = self.sampled.as_ref().ok_or_else(|| format!("{} is missing", sampled::CERTIFICATE))?;
         let certificate = parse(text, sampled::CERTIFICATE).map_err(|e| e.to_string())?;
         let (vehicle, design) = (inputs.axis(), &inputs.design);
         sampled::check_controller(&self.controller, design.delay_ticks(), &certificate)
@@ -156,7 +156,7 @@ impl Stored {
         let model = Model::new(&vehicle, design).map_err(|e| e.to_string())?;
         let is_sampled_plant =
             sampled::check_inputs(&certificate, &vehicle, design, &model).map_err(|e| e.to_string())?;
-        is_sampled_plant.ok_or("its plant is not sampled")?;
+        is_sampled_plant.ok_or("its plant is not that of a sampled loop")?;
         certificate.prove().map_err(|e| e.to_string())
     }
 
@@ -169,7 +169,7 @@ impl Stored {
     pub fn unproved_by(&self, proof: &Result<Theorem, String>) -> Option<Finding> {
         let reason = match proof {
             Ok(_) if self.controller.gamma.certified => return None,
-            Ok(_) => "controller.json says that it is not certified",
+            Ok(_) => "controller.json marks the controller as not certified",
             Err(reason) => reason,
         };
         Some(not_proved(&self.controller.design, reason))
@@ -328,7 +328,7 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     let certificate = if certificate_path.is_file() {
         Ok(read(&certificate_path)?)
     } else {
-        Err(format!("there is no certificate.json{}", why_not_certified(directory)))
+        Err(format!("certificate.json is missing{}", why_not_certified(directory)))
     };
     let sampled_path = directory.join(sampled::CERTIFICATE);
     let sampled = sampled_path.is_file().then(|| read(&sampled_path)).transpose()?;

@@ -22,9 +22,9 @@ pub fn narrower(axes: &[&Inputs]) -> Option<String> {
         let [low, high] = common_speeds(axes.iter().map(|one| &one.design));
         let leaves =
             [first.manoeuvre.speed_from, first.manoeuvre.speed_to].iter().any(|v| *v < low || *v > high);
-        let leaves_text = if leaves { "; the default manoeuvre of the loop leaves that range" } else { "" };
+        let leaves_text = if leaves { "; the default manoeuvre of the loop leaves this range" } else { "" };
         let names: Vec<&str> = axes.iter().map(|one| one.design.steered_signal()).collect();
-        format!("{} have the speeds {low} to {high} m/s in common{leaves_text}", names.join(" and "))
+        format!("the common speed range of {} is {low} to {high} m/s{leaves_text}", names.join(" and "))
     })
 }
 

@@ -56,12 +56,12 @@ pub fn lines(theorem: &Theorem, terms: Option<&Terms>) -> Vec<String> {
             Some(Terms { speeds: (least, most), .. }) => {
                 format!("the speed changes by at most {:.3} m/s^2", slow.rate * 0.5 * (most - least))
             }
-            None => format!("the parameter moves by at most {} in a unit of time", slow.rate),
+            None => format!("the parameter changes by at most {} per unit of time", slow.rate),
         };
         let with_error = slow
             .gamma_with_model_error
-            .map(|gamma| format!("{gain} below {} {ball}, where {rate}", above(gamma)));
-        [Some(format!("{gain} below {}, where {rate}", above(slow.gamma))), with_error].into_iter().flatten()
+            .map(|gamma| format!("{gain} below {} {ball}, if {rate}", above(gamma)));
+        [Some(format!("{gain} below {}, if {rate}", above(slow.gamma))), with_error].into_iter().flatten()
     });
     let claims = [
         theorem.gamma.map(|gamma| format!("{gain} below {}{motion}", above(gamma))),
@@ -73,7 +73,7 @@ pub fn lines(theorem: &Theorem, terms: Option<&Terms>) -> Vec<String> {
 /// Describes the motion with saturated commands that is not proved, if any.
 pub fn unproved(theorem: &Theorem, terms: &Terms) -> Option<String> {
     match theorem.limits {
-        None => Some("nothing is proved of saturated commands".into()),
+        None => Some("nothing is proved about saturated commands".into()),
         Some(_) => beyond(terms.step.as_ref()?, terms.flown?),
     }
 }
@@ -83,14 +83,14 @@ fn saturated(theorem: &Theorem, terms: Option<&Terms>) -> Option<String> {
     let limits = theorem.limits?;
     let step = terms.and_then(|terms| terms.step.as_ref());
     let (step_text, held) = match step {
-        Some(step) => (step.to_string(), "with the speed reference held"),
+        Some(step) => (step.to_string(), "with a constant speed reference"),
         None => (format!("a step of up to {} of input {}", limits.size, limits.input), "with no other input"),
     };
     let from = if limits.everywhere { "every state" } else { "trim" };
     let cut = if limits.rates == 0 { "commands" } else { "commands and actuator rates" };
     Some(format!(
-        "{step_text} from {from}, held for any time and taken back, {held}: the loop returns to trim with \
-         saturated {cut}"
+        "{step_text} from {from}, held for any time and removed, {held}: the loop returns to trim with saturated \
+         {cut}"
     ))
 }
 
@@ -99,8 +99,8 @@ fn beyond(step: &ClaimedStep, flown: f64) -> Option<String> {
     let ClaimedStep { output, size, unit, .. } = step;
     let shown = decimals(flown, 2);
     Some(format!(
-        "the {} step that is flown, {} {unit}, is LARGER than the one that is proved, {size} {unit}: with saturated \
-         commands nothing is proved of it",
+        "the simulated {} step, {} {unit}, is LARGER than the proved one, {size} {unit}: with saturated commands \
+         nothing is proved about it",
         output,
         shown.trim_end_matches('0').trim_end_matches('.')
     ))
@@ -119,7 +119,7 @@ pub fn all(design: &ControllerDesign, theorem: &Theorem) -> Vec<String> {
 
 /// Returns the bound on the gain for every trajectory of speed, rounded up.
 pub fn bound(theorem: &Theorem) -> String {
-    theorem.gamma.map_or_else(|| "an unknown number".into(), above)
+    theorem.gamma.map_or_else(|| "an unknown bound".into(), above)
 }
 
 /// Returns the claim about the gain; `half_range` is half the range of the scheduled speeds \[m/s\].
@@ -127,8 +127,8 @@ pub fn gain(theorem: &Theorem, half_range: f64) -> String {
     let covered = theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
         let gamma = above(gamma);
         format!(
-            ",\nand below {gamma} for every model in a ball around the fit, which contains the true linearisations and \
-            trims by a computation at {SAMPLES} speeds"
+            ",\nand below {gamma} for every model in a ball around the fit, which contains the true linearisations \
+            and trims (computed at {SAMPLES} speeds)"
         )
     });
     let slow = theorem.bounded_rate.map_or_else(String::new, |slow| {
@@ -136,7 +136,7 @@ pub fn gain(theorem: &Theorem, half_range: f64) -> String {
             .gamma_with_model_error
             .map_or_else(String::new, |gamma| format!(", {} in the ball", above(gamma)));
         format!(
-            ",\nwhere the speed changes by at most {:.3} m/s^2: gain below {}{covered}",
+            ",\nif the speed changes by at most {:.3} m/s^2: gain below {}{covered}",
             slow.rate * half_range,
             above(slow.gamma)
         )
@@ -148,7 +148,7 @@ pub fn gain(theorem: &Theorem, half_range: f64) -> String {
 pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
     let step = ClaimedStep::of(design, theorem)?;
     let (from, outcome) = match theorem.limits {
-        Some(LimitTheorem { everywhere: true, .. }) => ("every state of the model", "leaves a loop that"),
+        Some(LimitTheorem { everywhere: true, .. }) => ("any state of the model", "ends in a loop that"),
         _ => ("trim", "keeps the loop in a region from which it"),
     };
     let cut = match theorem.limits {
@@ -156,9 +156,8 @@ pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
         _ => "with saturated commands and actuator rates",
     };
     Some(format!(
-        "{step} from {from}, held for any time and taken back,\n\
-         {outcome} returns to trim {cut},\n\
-         for any trajectory of speed from {} to {} m/s with its reference held, and every model in the ball",
+        "{step} from {from}, held for any time and removed,\n{outcome} returns to trim {cut},\nfor any trajectory of \
+         speed from {} to {} m/s with a constant speed reference, and every model in the ball",
         design.scheduling.minimum, design.scheduling.maximum
     ))
 }

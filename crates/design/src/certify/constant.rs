@@ -81,7 +81,7 @@ pub fn constant(
     progress.done("uncertain", &model_line(&truncated));
     let attempt = |share: f64, most: f64| -> Result<Option<Constant>, Error> {
         let percent = 100.0 * share;
-        let what = format!("{percent:.0} % of the declared uncertainty, tens of seconds");
+        let what = format!("{percent:.0} % of the declared uncertainty (tens of seconds)");
         let (found, seconds) = progress.timed("constant", &what, || {
             let plant = uncertain.sized(share);
             let balls = around(inputs, &truncated.model, share, &plant)?;
@@ -95,7 +95,7 @@ pub fn constant(
             Ok(Constant { share, certificate, gamma: bound.gamma })
         });
         let gain = match &found {
-            Ok(found) => format!("a gain below {} ({seconds:.1} s)", above(found.gamma)),
+            Ok(found) => format!("gain below {} ({seconds:.1} s)", above(found.gamma)),
             Err(Error::Constant(reason)) => reason.to_string(),
             Err(_) => String::new(),
         };
@@ -159,7 +159,7 @@ pub fn check_inputs(certificate: &Certificate, inputs: &Inputs) -> Result<f64, E
         other => constant.get(other).is_some_and(Option::is_some),
     };
     if !certificate.constant().is_some_and(|claim| claim.filters.iter().all(is_allowed)) {
-        return Err(ProofError::WrongPlant { what: "which parameters are constant".to_owned() }.into());
+        return Err(ProofError::WrongPlant { what: "the set of constant parameters".to_owned() }.into());
     }
     let balls = around(inputs, &truncated.model, share, &uncertain.sized(share))?;
     check_balls(certificate, &balls)?;
@@ -184,10 +184,10 @@ fn model_line(reduced: &Truncated) -> String {
     let of_trim = model.blocks.iter().filter(|b| b.uncertain.is_of_trim()).count();
     let removed = match reduced.removed.as_slice() {
         [] => String::new(),
-        names => format!(";\nwithout channels, and so in the balls alone: {}", names.join(", ")),
+        names => format!(";\nwithout channels, covered by the balls only: {}", names.join(", ")),
     };
     format!(
-        "{} constant parameters and {of_trim} of the trim in {} channels, {} channels of rho{removed}",
+        "{} constant parameters and {of_trim} of the trim in {} channels; {} channels of rho{removed}",
         model.blocks.len() - of_trim,
         model.channels() - model.scheduled,
         model.scheduled,

@@ -91,7 +91,7 @@ pub fn with_limits(
 /// [`ProofError::Mismatch`] with the first part that differs.
 pub fn check_autopilot(design: &ControllerDesign, certificate: &Certificate) -> Result<(), ProofError> {
     let Some(limits) = certificate.limits() else { return Ok(()) };
-    let differs = |what: &str| Err(ProofError::Mismatch { what: format!("{what} of the claim with limits") });
+    let differs = |what: &str| Err(ProofError::Mismatch { what: format!("{what} in the claim with limits") });
     if design.anti_windup.as_ref() != Some(&limits.e) {
         return differs("the anti-windup");
     }
@@ -120,7 +120,7 @@ pub fn check_vehicle(
     let Some(limits) = certificate.limits() else { return Ok(()) };
     let actuators = vehicle.actuators();
     let wrong =
-        |what: &str| Err(ProofError::WrongPlant { what: format!("{what} of the claim with limits") }.into());
+        |what: &str| Err(ProofError::WrongPlant { what: format!("{what} in the claim with limits") }.into());
     let vehicle_rates = rates(actuators, design, &certificate.moving_states())?;
     if limits.limits.len() != actuators.len() + limits.rates.len() {
         return wrong("the number of limits");
@@ -134,7 +134,7 @@ pub fn check_vehicle(
     }
     let claimed: BTreeMap<usize, f64> = limits.rates.iter().copied().zip(claimed.iter().copied()).collect();
     let holds = |(state, rate): (&usize, &f64)| claimed.get(state).is_some_and(|claimed| claimed <= rate);
-    if vehicle_rates.iter().all(holds) { Ok(()) } else { wrong("a limit on a rate,") }
+    if vehicle_rates.iter().all(holds) { Ok(()) } else { wrong("a rate limit") }
 }
 
 /// Rate limits of actuators, in units of the actuator's reach \[1/s\], by state of the design's plant; only states in
@@ -234,7 +234,7 @@ fn leaves_out_roll<'a>(stepped: &str, mut inputs: impl Iterator<Item = &'a str>)
 impl Display for ClaimedStep {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         write!(f, "a {} step of up to {} {}", self.output, self.size, self.unit)?;
-        if self.without_roll { write!(f, " (roll left out)") } else { Ok(()) }
+        if self.without_roll { write!(f, " (without roll)") } else { Ok(()) }
     }
 }
 

@@ -68,7 +68,7 @@ pub fn check_controller(
     ticks: usize,
     certificate: &Certificate,
 ) -> Result<(), ProofError> {
-    let wrong = |what: &str| ProofError::Mismatch { what: format!("the controller's {what}") };
+    let wrong = |what: &str| ProofError::Mismatch { what: format!("the {what} of the controller") };
     let controller = controller_of(&design.lft).map_err(|_| wrong("shape"))?;
     let delayed = controller_rows(&controller.delayed_at_ticks(ticks, design.sample_time));
     match first_difference(&delayed.named(), &certificate.controller.named()) {

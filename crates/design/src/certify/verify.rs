@@ -60,13 +60,15 @@ pub fn check_design(design: &ControllerDesign, certificate: &Certificate) -> Res
 /// [`ProofError::Mismatch`] with the first part that differs.
 pub fn same_controller(lft: &LftMatrices, certificate: &Certificate) -> Result<(), ProofError> {
     if certificate.discrete {
-        return Err(ProofError::Mismatch { what: "the time, discrete there and continuous here,".into() });
+        return Err(ProofError::Mismatch {
+            what: "the kind of time (discrete instead of continuous)".into(),
+        });
     }
     if let Some(name) = first_difference(&frozen_rows(lft).named(), &certificate.controller.named()) {
-        return Err(ProofError::Mismatch { what: format!("the controller's matrix {name}") });
+        return Err(ProofError::Mismatch { what: format!("matrix {name} of the controller") });
     }
     if lft.blocks != certificate.controller_blocks {
-        return Err(ProofError::Mismatch { what: "the controller's blocks".into() });
+        return Err(ProofError::Mismatch { what: "the blocks of the controller".into() });
     }
     Ok(())
 }

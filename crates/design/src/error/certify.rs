@@ -10,27 +10,26 @@ use thiserror::Error;
 pub enum CertifyError {
     /// The certificate claims less than the design.
     #[error(
-        "the certificate covers no model error, but the design is marked as certified for the vehicle: the rest \
-            is about the fit alone, and proves nothing about the residual between the fit and the true \
-            linearisations"
+        "the design is marked as certified for the vehicle, but its certificate covers no model error: the proof \
+            applies to the fitted model only, not to the true linearisations"
     )]
     NoResidual,
     /// The controller has a mode at 2/T, where the trapezoidal rule has no solution.
     #[error(
-        "the controller has a mode at 2/T rad/s, T the sample time, where it cannot be discretised: choose another \
-             sample_time in [autopilot]"
+        "the controller has a mode at 2/T rad/s, where T is the sample time, and cannot be discretised; choose \
+             another sample_time in [autopilot]"
     )]
     ModeAtTwiceTheRate,
     /// An actuator has a rate limit, but the plant of the design has no state for it.
     #[error(
-        "the rate limit of {actuator} applies to its lag, which the plant of this design does not include: set \
-            'lags = true' in [control]"
+        "the rate limit of {actuator} acts on its lag, which the plant of this design does not include; set 'lags = \
+            true' in [control]"
     )]
     RateWithoutLag { actuator: String },
     /// The fit's residual is too large for a bound because drag is quadratic in both directions.
     #[error(
-        "no gain is proved for all models in the ball around the fit: from {from} to {to} m/s the slope of the \
-            vehicle's drag bends at rest, which no polynomial in speed fits; make two designs, one astern \
+        "no gain is proved for the ball of models around the fit: the speed range {from} to {to} m/s includes rest, \
+            where the slope of the drag has a kink that no polynomial in speed fits; make two designs, one astern \
             with speed_max = 0 and one ahead with speed_min = 0"
     )]
     BendsAtRest { from: f64, to: f64 },

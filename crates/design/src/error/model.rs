@@ -13,14 +13,14 @@ pub enum ModelError {
     Trim(#[from] squid_auv::TrimError),
     /// A motion that is not asymptotically stable is not controllable.
     #[error(
-        "at {} m/s the {motion} is not controllable: no actuator acts on it, and it is not stable by itself; it needs \
-         {actuation_hint}",
+        "at {} m/s the {motion} is not stabilisable: it is not stable by itself, and no actuator acts on it; it \
+         needs {actuation_hint}",
         squid_auv::rounded(*speed)
     )]
     Uncontrollable { speed: f64, motion: &'static str, actuation_hint: &'static str },
     /// A motion that is not asymptotically stable is not observable.
     #[error(
-        "at {} m/s the {motion} is not observable from the measurements, and it is not stable by itself; \
+        "at {} m/s the {motion} is not detectable: it is not stable by itself, and no measurement depends on it; \
          {measurement_hint}",
         squid_auv::rounded(*speed)
     )]

@@ -17,8 +17,8 @@ pub enum Refusal {
     UnstableFit { speed: f64, real_part: f64 },
     /// The loop of a given controller is not stable.
     #[error(
-        "its loop is unstable: at {speed:.2} m/s, where it is worst, it grows by {growth:.2} 1/s; other gains are \
-            needed, often more 'kd', or a narrower range of speeds"
+        "its loop is unstable: the fastest growth is {growth:.2} 1/s, at {speed:.2} m/s; change the gains (often a \
+            larger 'kd' helps), or narrow the speed range"
     )]
     UnstableGiven {
         speed: f64,
@@ -27,8 +27,8 @@ pub enum Refusal {
     },
     /// The loop of a given controller has no gain bound over the range of speed.
     #[error(
-        "it is stable at each constant speed, but no gain is found for a speed that changes in any way from {low} to \
-            {high} m/s{}; narrow the range of speeds, or let the gains change less with speed",
+        "it is stable at each constant speed, but no gain bound was found for arbitrary trajectories of speed from \
+            {low} to {high} m/s{}; narrow the speed range, or let the gains vary less with speed",
         inner(*from, *to, *part)
     )]
     Unbounded {
@@ -43,7 +43,7 @@ pub enum Refusal {
     /// The loop with the true linearisation is not stable.
     #[error(
         "at {speed:.3} m/s the loop with the true linearisation has a mode with real part {real_part:.3e} rad/s: the \
-            fit is too far off; raise model.order, or narrow the range of speeds"
+            fit is too inaccurate; raise model.order, or narrow the speed range"
     )]
     UnstableTruth { speed: f64, real_part: f64 },
     /// The frozen gain exceeds the bound.
@@ -51,9 +51,8 @@ pub enum Refusal {
     Gain { speed: f64, gain: f64, bound: f64 },
     /// The sampled loop is unstable.
     #[error(
-        "at {speed:.3} m/s the loop sampled at {sample_time} s, with the actuators' lags, is not stable (a \
-            mode of modulus {radius:.4}); a shorter autopilot.sample_time is needed, or a larger \
-            control.weight for a slower controller"
+        "at {speed:.3} m/s the loop sampled at {sample_time} s, with the lags of the actuators, is unstable (a mode \
+            of modulus {radius:.4}); reduce autopilot.sample_time, or raise control.weight for a slower controller"
     )]
     UnstableSampled {
         speed: f64,
@@ -63,8 +62,8 @@ pub enum Refusal {
     },
     /// The loop is unstable with the actuator lags, which the design ignores.
     #[error(
-        "at {speed:.3} m/s the loop with the actuators' lags has a mode with real part {real_part:.3e} rad/s, \
-            however often it is sampled; set 'lags = true' in [control] to include the lags in the design"
+        "at {speed:.3} m/s the loop with the lags of the actuators has a mode with real part {real_part:.3e} rad/s, \
+            even without sampling; set 'lags = true' in [control] to include the lags in the design"
     )]
     UnstableWithLags { speed: f64, real_part: f64 },
     /// The frozen gain with the true linearisation is not finite.
@@ -79,5 +78,5 @@ pub enum Refusal {
 
 /// Text of the range of speeds for which a gain was found.
 fn inner(from: f64, to: f64, part: f64) -> String {
-    if part > 0.0 { format!(", only from {from:.2} to {to:.2} m/s") } else { String::new() }
+    if part > 0.0 { format!(", but only for {from:.2} to {to:.2} m/s") } else { String::new() }
 }

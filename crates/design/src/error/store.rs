@@ -9,23 +9,25 @@ use thiserror::Error;
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StoreError {
     /// There is no frozen design yet.
-    #[error("{directory}: there is no design yet; run `squid design` first")]
+    #[error("{directory}: no design found; run `squid design` first")]
     NotDesigned { directory: String },
     /// The frozen design belongs to another vehicle or another design file.
-    #[error("{directory}: this is design '{design}' of {vehicle}; name another directory with --out")]
+    #[error(
+        "{directory}: this directory contains design '{design}' of {vehicle}; choose another directory with --out"
+    )]
     OtherDesign { directory: String, vehicle: String, design: String },
     /// A design of another vehicle would be overwritten.
     #[error(
-        "{directory}: this is the design of another vehicle, {theirs}, and would be overwritten by one of {own}; \
-         name another directory with --out, or remove this one"
+        "{directory}: this directory contains the design of another vehicle, {theirs}, which a design of {own} would \
+         overwrite; choose another directory with --out, or remove this one"
     )]
     OtherVehicle { directory: String, theirs: String, own: String },
     /// The frozen design belongs to changed inputs.
-    #[error("{directory}: {what} changed since this was designed; run `squid design` again")]
+    #[error("{directory}: {what} changed after this design; run `squid design` again")]
     Stale { directory: String, what: &'static str },
     /// A frozen file differs from the one that vehicle and design file give.
     #[error(
-        "{file}: `{key}` is {found}, but vehicle and design file give {expected}; `squid design` writes it again"
+        "{file}: `{key}` is {found}, but vehicle and design file give {expected}; run `squid design` again"
     )]
     Edited { file: &'static str, key: String, found: String, expected: String },
     /// A frozen controller is not valid.

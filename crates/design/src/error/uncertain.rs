@@ -10,13 +10,13 @@ use thiserror::Error;
 pub enum UncertainError {
     /// The design has no section `[uncertainty]`, or an empty one.
     #[error(
-        "the design {design} declares no uncertainty; add a section [uncertainty], as in vehicles/squid/design.toml"
+        "the design {design} declares no uncertainty; add a table [uncertainty], as in vehicles/squid/design.toml"
     )]
     NothingUncertain { design: String },
     /// The model reduction removes all declared uncertainty.
     #[error(
-        "{design}: [uncertainty]: no declared uncertainty is left in the model: at {:.0} % of their ranges, none of {} \
-            changes the linear model, or an actuator's gain its own input, by more than {:.1} %; declare larger \
+        "{design}: [uncertainty]: the declared uncertainty has no effect: at {:.0} % of their ranges, none of {} \
+            changes the linear model, or the gain of an actuator its input, by more than {:.1} %; declare larger \
             ranges, or other coefficients",
         100.0 * size,
         names.join(", "),
@@ -32,9 +32,9 @@ pub enum UncertainError {
     },
     /// A coefficient does not enter the equations of motion affinely.
     #[error(
-        "[uncertainty]: '{name}' does not enter the equations of motion linearly (relative error {error:.1e} \
-            over its range), so it cannot be uncertain; declare what it acts through, for instance 'form_factor' \
-            or 'drag_area' for friction"
+        "[uncertainty]: '{name}' enters the equations of motion nonlinearly (relative error {error:.1e} over its \
+            range) and cannot be uncertain; declare the coefficient through which it acts, for instance \
+            'form_factor' or 'drag_area' for friction"
     )]
     NotAffine {
         name: String,
@@ -43,9 +43,8 @@ pub enum UncertainError {
     },
     /// Three of the coefficients are multiplied together.
     #[error(
-        "[uncertainty]: three of the coefficients are multiplied together (relative error {error:.1e} in the \
-            equations of motion); declare two of them at most, for instance not density, form_factor and \
-            wetted_area together"
+        "[uncertainty]: the equations of motion contain the product of three of the coefficients (relative error \
+            {error:.1e}); declare at most two of them, for instance of density, form_factor and wetted_area"
     )]
     ThreeMultiply {
         /// Relative difference.
@@ -68,7 +67,7 @@ pub enum RobustError {
     #[error("--robust: {0}")]
     NoSize(#[from] squid_lpv::robust::NoSize),
     /// The margin of a bound is too small for a proof.
-    #[error("--robust: the bound of the {which} controller has too small a margin to be proved")]
+    #[error("--robust: the margin of the bound of the {which} controller is too small for a proof")]
     NotClear { which: &'static str },
 }
 
@@ -78,15 +77,15 @@ pub enum RobustError {
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ConstantError {
     /// The search found no multipliers.
-    #[error("no bound: {0}")]
+    #[error("no bound found: {0}")]
     NoBound(squid_lpv::error::SynthesisError),
     /// Exact arithmetic does not confirm a bound.
-    #[error("a bound that exact arithmetic does not confirm: {0}")]
+    #[error("a bound was found, but exact arithmetic does not confirm it: {0}")]
     NotProved(squid_certificate::Failure),
     /// Nothing was proved for any fraction of the declared box that was tried.
     #[error(
-        "--constant: no gain within 1.25 times the nominal bound was proved for {:.1} % of the declared uncertainty or \
-            more; the design itself is unchanged",
+        "--constant: no gain below 1.25 times the nominal bound was proved for {:.1} % or more of the declared \
+            uncertainty; the design itself is unchanged",
         100.0 * least
     )]
     NoShare { least: f64 },

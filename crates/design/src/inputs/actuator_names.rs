@@ -1,8 +1,8 @@
 //! Names of actuators, which must differ from those of the FMUs' other variables.
 
 use crate::error::InputError;
-use squid_auv::{COEFFICIENTS, VIEWS, Vehicle};
-use std::collections::BTreeSet;
+use squid_auv::{Actuator, COEFFICIENTS, VIEWS, Vehicle};
+use std::collections::BTreeMap;
 
 /// Variables that the three FMUs may have for any vehicle, besides its signals and coefficients, and the first column
 /// of every record.
@@ -92,15 +92,14 @@ pub fn check(vehicle: &Vehicle, file: &str) -> Result<(), InputError> {
     let given = vehicle.coefficients.surge.is_given().then_some(GIVEN);
     let reserved =
         RESERVED.into_iter().chain(OF_TURNING).chain(given).chain(COEFFICIENTS.iter().map(|spec| spec.key));
-    let mut reserved_name: BTreeSet<String> = reserved.map(str::to_owned).chain(of_signals()).collect();
-    for actuator in &vehicle.actuators {
-        for name in variables_of(&actuator.name) {
-            if !reserved_name.insert(name.clone()) {
-                return Err(InputError::ActuatorName {
-                    file: file.into(),
-                    actuator: actuator.name.clone(),
-                    name,
-                });
+    let reserved = reserved.map(str::to_owned).chain(of_signals());
+    // Owner of each variable: an actuator, or `None`.
+    let mut owners: BTreeMap<String, Option<&str>> = reserved.map(|name| (name, None)).collect();
+    for Actuator { name: actuator, .. } in &vehicle.actuators {
+        for name in variables_of(actuator) {
+            if let Some(owner) = owners.insert(name.clone(), Some(actuator)) {
+                let (actuator, other) = (actuator.clone(), owner.map(str::to_owned));
+                return Err(InputError::ActuatorName { file: file.into(), actuator, name, other });
             }
         }
     }
@@ -110,6 +109,7 @@ pub fn check(vehicle: &Vehicle, file: &str) -> Result<(), InputError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
     use std::path::Path;
 
     fn squid(root: &Path) -> Vehicle {
@@ -145,21 +145,25 @@ mod tests {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let mut vehicle = squid(&folder);
         check(&vehicle, "v.toml").unwrap();
-        for (name, reserved_name) in [
-            ("pitch", "pitch"),
-            ("time", "time"),
-            ("heading_rate", "heading_rate"),
-            ("north", "north"),
-            ("depth_step", "depth_step"),
-            ("mass", "mass"),
-            ("upper_port_output", "upper_port_output"),
-            ("trim_upper_port", "trim_upper_port"),
+        let mut messages = Vec::new();
+        for (name, owner) in [
+            ("pitch", None),
+            ("time", None),
+            ("heading_rate", None),
+            ("north", None),
+            ("depth_step", None),
+            ("mass", None),
+            ("upper_port_output", Some("upper_port")),
+            ("trim_upper_port", Some("upper_port")),
         ] {
             vehicle.actuators[2].name = name.to_owned();
             let error = check(&vehicle, "v.toml").unwrap_err();
-            let InputError::ActuatorName { actuator, name: found, .. } = &error else { panic!("{error}") };
-            assert_eq!((actuator.as_str(), found.as_str()), (name, reserved_name));
+            let InputError::ActuatorName { actuator, name: found, other, .. } = &error else {
+                panic!("{error}")
+            };
+            assert_eq!((actuator.as_str(), found.as_str(), other.as_deref()), (name, name, owner));
+            messages.push(error.to_string());
         }
-        insta::assert_snapshot!(check(&vehicle, "v.toml").unwrap_err());
+        insta::assert_snapshot!(messages[6..].join("\n"));
     }
 }

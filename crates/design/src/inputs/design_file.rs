@@ -53,7 +53,7 @@ pub const BANDWIDTH: Range = Range { least: 1e-6, most: 1e6, words: "from 1e-6 t
 const PEAK: Range = Range {
     least: 1.0 + f64::EPSILON,
     most: 100.0,
-    words: "above 1, at most 100; 1/peak is the gain of W_e at high frequency, and with 0 W_e would not be proper",
+    words: "above 1, at most 100 (1/peak is the gain of W_e at high frequency; with 0 W_e would be improper)",
 };
 
 /// Scales of references, which are divisors.
@@ -63,28 +63,33 @@ const SCALE: Range = Range { least: 1e-6, most: 1e6, words: "from 1e-6 to 1e6" }
 const CONTROL_WEIGHT: Range = Range {
     least: 1e-6,
     most: 1e6,
-    words: "from 1e-6 to 1e6; without a weight on the actuators their gains grow without limit",
+    words: "from 1e-6 to 1e6 (without a weight on the actuators the gains grow without limit)",
 };
 
 /// Disturbances at the actuators: no controller could reject ten times their limits.
 const DISTURBANCE: Range = Range {
     least: 0.0,
     most: 10.0,
-    words: "from 0 to 10; 1 is the larger of |min| and |max| of each actuator",
+    words: "from 0 to 10 (1 is the larger of |min| and |max| of each actuator)",
 };
 
 /// High-frequency gains, relative to those at frequency 0.
-const RISE: Range = Range { least: 1.0, most: 1e6, words: "from 1, no less than at low frequencies, to 1e6" };
+const RISE: Range =
+    Range { least: 1.0, most: 1e6, words: "from 1 (no smaller than at low frequency) to 1e6" };
 
 /// Emphasis of slow references.
-const FOLLOW: Range = Range { least: 1.0, most: 1e4, words: "from 1, as much as fast ones, to 1e4" };
+const FOLLOW: Range =
+    Range { least: 1.0, most: 1e4, words: "from 1 (equal to that of fast references) to 1e4" };
 
 /// Factors on the wave amplitude.
 const WAVE_WEIGHT: Range = Range { least: 1e-3, most: 1e3, words: "from 0.001 to 1000" };
 
 /// Relative rise of gamma for fewer controller states and channels.
-const REDUCE: Range =
-    Range { least: 0.0, most: 0.5, words: "from 0 to 0.5, a relative rise of gamma; 0 keeps all states" };
+const REDUCE: Range = Range {
+    least: 0.0,
+    most: 0.5,
+    words: "from 0 to 0.5, a relative increase of gamma (0 keeps all states)",
+};
 /// Default of `reduce`.
 const DEFAULT_REDUCE: f64 = 0.03;
 
@@ -102,7 +107,7 @@ pub(crate) const SAMPLE_TIME: Range = Range { least: 1e-4, most: 1.0, words: "fr
 
 /// Noise levels.
 const NOISE: Range =
-    Range { least: 1e-9, most: 1e6, words: "from 1e-9 to 1e6; without noise gains grow without limit" };
+    Range { least: 1e-9, most: 1e6, words: "from 1e-9 to 1e6 (without noise the gains grow without limit)" };
 
 /// Tracked output with its weight.
 #[derive(Debug, Clone, PartialEq)]

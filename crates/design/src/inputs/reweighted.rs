@@ -14,13 +14,11 @@ impl DesignFile {
     pub fn with_weights_of(&self, other: &Self) -> Result<Self, InputError> {
         let wrong = |why| InputError::Weights { design: self.name.clone(), weights: other.name.clone(), why };
         if !other.measured.is_empty() {
-            return Err(wrong("it has [[measure]]: noise and models belong to its own controller"));
+            return Err(wrong("it has [[measure]], whose noise and models belong to its own controller"));
         }
         let outputs = |d: &Self| d.tracked.iter().map(|t| (t.index, t.scale)).collect::<Vec<_>>();
         if outputs(self) != outputs(other) {
-            return Err(wrong(
-                "it does not have the same [[track]]: the outputs, their order and scales must agree",
-            ));
+            return Err(wrong("its [[track]] differs; outputs, order and scales must be the same"));
         }
         let mut judged = self.with_unweighted_references();
         (judged.judged, judged.sea) = (true, None);

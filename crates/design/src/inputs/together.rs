@@ -35,7 +35,7 @@ pub(super) fn check(designs: &[DesignFile], vehicles: &[Vehicle], file: &str) ->
             ("autopilot.sample_time", |one| number(one.sample_time)),
             ("model.depth", |one| number(one.depth)),
             ("trim.pitch", |one| match &one.pitch_asked {
-                None => "left out".into(),
+                None => "omitted".into(),
                 Some(Pitch::Held(angle)) => format!("{} deg", number(angle.to_degrees())),
                 Some(_) => "\"free\"".into(),
             }),

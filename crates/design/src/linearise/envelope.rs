@@ -86,10 +86,10 @@ pub fn words(controller: &ControllerDesign) -> String {
         format!("{signal}{what}: {} {unit}", each.join(", "))
     };
     if controller.envelope.is_empty() {
-        return "references are not limited: this axis has no envelope".to_owned();
+        return "this axis has no envelope: references are not limited".to_owned();
     }
     let mut lines = vec![format!(
-        "what references are limited to, at {} m/s:",
+        "limits of the references, at {} m/s:",
         rows.map(|row| decimals(speeds[row], 2)).join(", ")
     )];
     for (name, limits) in &controller.envelope {
@@ -167,10 +167,10 @@ fn limited_by(vehicle: &Vehicle, bounds: &Envelope, end: &Trim, up: bool) -> Str
     }
     let steeper = 2.0 * if up { STEPS[1] } else { -STEPS[1] };
     match climb(vehicle, end, end.pitch + steeper) {
-        Err(_) => "no steady motion beyond".into(),
+        Err(_) => "no steady motion beyond this point".into(),
         Ok(trim) => match overloaded(vehicle, bounds, &trim).as_slice() {
             [] if sinking(&trim).abs() > steep(bounds, &trim) => "`envelope.path_angle`".into(),
-            [] => "another branch of trims beyond".into(),
+            [] => "another branch of trims beyond this point".into(),
             names => names.join(", "),
         },
     }

@@ -120,13 +120,20 @@ pub fn words(controller: &ControllerDesign) -> Option<String> {
         format!("{} {} {unit}", one.name, decimals(factor * safe, 2))
     });
     let after = match failsafe.stale_after {
-        0.0 => "a sensor may be the same for ever".to_owned(),
-        after => format!("a sensor is lost that is the same for {after} s and should have moved"),
+        0.0 => "constant sensor values are never taken as a fault".to_owned(),
+        after => format!(
+            "a sensor counts as lost if its value is constant for {after} s although it should have \
+            changed"
+        ),
     };
     let needed = |name: &&str| {
         let index = controller.index(name);
         index.is_some_and(|index| controller.without(index) == Without::Nothing)
     };
     let needed: Vec<&str> = failsafe.sensors.keys().map(String::as_str).filter(needed).collect();
-    Some(format!("{after}; without {} {}", needed.join(" or "), each.collect::<Vec<_>>().join(", ")))
+    Some(format!(
+        "{after}; after the loss of {} the outputs are {}",
+        needed.join(" or "),
+        each.collect::<Vec<_>>().join(", ")
+    ))
 }

@@ -58,7 +58,7 @@ impl Judge<'_> {
         sensors::words(&axis.controller).iter().for_each(|text| progress.done("failsafe", text));
         envelope::too_narrow(&axis.controller, &file.manoeuvre).iter().for_each(|found| progress.warn(found));
         let judge = || Verdict::of(inputs, &axis.controller, Effort::FULL);
-        let verdict = progress.timed("verdict", "the loop as it flies, and mu", judge).0?;
+        let verdict = progress.timed("verdict", "simulations, sampled loops and mu", judge).0?;
         progress.done("verdict", &verdict.to_string());
         Ok(Judged { axis, verdict })
     }
@@ -102,17 +102,17 @@ impl Judge<'_> {
                 Some((smaller, judged, results))
             })
         };
-        let (found, seconds) = progress.timed("reduce", "states and channels without need", search);
+        let (found, seconds) = progress.timed("reduce", "unnecessary states and channels", search);
         let line = match &found {
             Some((smaller, ..)) => format!(
-                "{} instead of {}: gain below {} instead of {}, the same requirements met ({seconds:.1} s)",
+                "reduced to {} from {}: gain below {} instead of {}, the same requirements are met ({seconds:.1} s)",
                 sizes(smaller),
                 sizes(&full),
                 above(smaller.certified.gamma),
                 above(full.certified.gamma)
             ),
             None => format!(
-                "{} are kept: no smaller controller was found that is proved and meets the same requirements \
+                "{} kept: no smaller controller was found that is proved and meets the same requirements \
                  ({seconds:.1} s)",
                 sizes(&full)
             ),

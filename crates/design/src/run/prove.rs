@@ -59,7 +59,7 @@ pub(super) fn proved(
     progress: &Progress,
 ) -> Result<FinishedAxis, Error> {
     let Synthesised { model, plant, design } = &synthesised;
-    let what = "the closed loop against the fit and the true linearisations";
+    let what = "the loop with the fit and with the true linearisations";
     let check = || check(vehicle, file, plant, &design.controller, design.certified.gamma);
     let checks = progress.timed("check", what, check).0?;
     progress.done("check", &check_line(&checks, design.certified.gamma));
@@ -96,7 +96,7 @@ impl Axis<'_> {
     /// inspected.
     fn certificate(&self, model: &Model, plant: &GeneralisedPlant, design: &Design) -> Result<Proof, String> {
         let Self { vehicle, file, progress } = *self;
-        let what = "covering the fit's residual and proving in exact arithmetic";
+        let what = "covering the residual of the fit, and proving in exact arithmetic";
         let (proof, seconds) =
             progress.timed("certify", what, || certify(vehicle, file, model, plant, design));
         let proof = proof.map_err(|reason| reason.to_string());
@@ -118,9 +118,9 @@ impl Axis<'_> {
         let proof = proof.map_err(|reason| reason.to_string());
         let text = match &proof {
             Ok(proof) => format!(
-                "PROVED in exact arithmetic ({seconds:.1} s): gain below {} when sampled every {} s,\n\
-             for every trajectory of speed in the range that is constant between ticks, with the fit discretised by \
-             the trapezoidal rule",
+                "PROVED in exact arithmetic ({seconds:.1} s): gain below {} of the loop sampled every {} s,\nfor \
+             every trajectory of speed in the range that is constant between ticks, with the fit discretised by the \
+             trapezoidal rule",
                 claims::bound(&proof.theorem),
                 file.sample_time
             ),
@@ -137,13 +137,13 @@ impl Axis<'_> {
         if !file.anti_windup {
             return Ok(vec![]);
         }
-        let what = "a gain for commands beyond the limits";
+        let what = "the gain for saturated commands";
         let (found, seconds) = progress.timed("windup", what, || anti_windup(vehicle, file, controller));
         match found {
             Ok(found) => {
                 let text = format!(
-                    "anti-windup gain computed at {SPEEDS} frozen speeds ({seconds:.1} s);\n\
-                 it acts only while a command saturates"
+                    "anti-windup gain computed at {SPEEDS} frozen speeds ({seconds:.1} s);\nit acts only while a \
+                 command is saturated"
                 );
                 progress.done("windup", &text);
                 Ok(found.iter().map(to_rows).collect())
@@ -176,9 +176,7 @@ impl Axis<'_> {
                 let lines: Vec<String> = claim.into_iter().chain(flown).collect();
                 Some(lines.join("\n")).filter(|text| !text.is_empty())
             }
-            Err(reason) => {
-                Some(format!("no step with saturated commands is proved, and none is claimed: {reason}"))
-            }
+            Err(reason) => Some(format!("no step with saturated commands is proved: {reason}")),
         };
         text.iter().for_each(|text| progress.done("limits", text));
         found.ok().flatten().unwrap_or(proof)
@@ -191,11 +189,11 @@ fn proved_in(claim: &str, seconds: f64) -> String {
 }
 
 fn check_line(c: &Checks, bound: f64) -> String {
-    let beyond = if c.gain_truth > bound { ", above the bound, which is for the fit" } else { "" };
+    let beyond = if c.gain_truth > bound { ", above the bound, which applies to the fit" } else { "" };
     format!(
-        "{} speeds: stable with the fit, with the true linearisations, and sampled with the actuators' lags;\n\
-         largest frozen gain {:.4}, bound {}; with the true linearisations and trims {:.4}{beyond};\n\
-         fastest mode of the controller {:.0} rad/s",
+        "{} speeds: stable with the fit, with the true linearisations, and sampled with the lags of the \
+         actuators;\nlargest frozen gain {:.4}, bound {}; with the true linearisations and trims \
+         {:.4}{beyond};\nfastest mode of the controller {:.0} rad/s",
         CHECKED_SPEEDS,
         c.gain_fit,
         above(bound),

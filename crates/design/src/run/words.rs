@@ -13,7 +13,7 @@ pub(super) fn vehicle_line(inputs: &Inputs) -> String {
     let v = &inputs.vehicle;
     let names: Vec<&str> = v.actuators.iter().map(|a| a.name.as_str()).collect();
     let standing = match v.status {
-        Status::Surrogate => "SURROGATE coefficients, not the real vehicle's",
+        Status::Surrogate => "SURROGATE coefficients, not those of the real vehicle",
         Status::Published => "published coefficients",
         Status::Measured => "measured coefficients",
     };
@@ -24,8 +24,8 @@ pub(super) fn trim_line(inputs: &Inputs, model: &Model) -> String {
     if inputs.design.view().is_level_held {
         let (low, high) = (inputs.design.speed_min, inputs.design.speed_max);
         return format!(
-            "straight and level at {} speeds, {low:.2} to {high:.2} m/s, {:.0} m deep: another autopilot keeps speed, \
-             pitch and depth",
+            "straight and level at {} speeds, {low:.2} to {high:.2} m/s, {:.0} m deep; speed, pitch and depth are \
+             held by another autopilot",
             model.grid.len(),
             inputs.design.depth
         );
@@ -35,12 +35,14 @@ pub(super) fn trim_line(inputs: &Inputs, model: &Model) -> String {
     let default = inputs.design.pitch_asked.is_none();
     let pitch = match &inputs.design.pitch {
         Pitch::Free => format!("incidence {} to {} deg", angle(first), angle(last)),
-        Pitch::Held(_) if default => "pitch held at 0 deg, which thrusters alone can do at every speed\n\
-            (with [trim] pitch = \"free\" it is the one of least effort)"
-            .into(),
+        Pitch::Held(_) if default => {
+            "pitch held at 0 deg, which the thrusters can do at every speed\n([trim] pitch \
+            = \"free\" gives the trim of least effort)"
+                .into()
+        }
         Pitch::Held(_) => format!("pitch held at {} deg", angle(first)),
         Pitch::Followed(_) => format!(
-            "incidence {} to {} deg,\nfollowed along one branch, since the trims of least effort jump",
+            "incidence {} to {} deg,\nalong one branch, because the trims of least effort are discontinuous",
             angle(first),
             angle(last)
         ),
@@ -63,7 +65,7 @@ pub(super) fn linearise_line(model: &Model) -> String {
     let worst = (0..model.grid.len()).map(slowest).fold(f64::NEG_INFINITY, f64::max);
     let verdict = match worst {
         worst if worst < -INTEGRATES => "stable at every speed",
-        worst if worst <= INTEGRATES => "stable without control, but for what integrates",
+        worst if worst <= INTEGRATES => "stable without control, except for integrators",
         _ => "UNSTABLE without control",
     };
     let states = model.grid.first().map_or(&[][..], |(_, l)| l.states);
@@ -84,9 +86,8 @@ pub(super) fn fit_line(inputs: &Inputs, model: &Model) -> String {
     };
     let most = frequency::turning_actuator(&inputs.vehicle.actuators, model);
     format!(
-        "order {} in rho; rms residual of A against its variation over speed: {}\n\
-         largest error of the frequency response, in the scales of the design: {}\n\
-         and from {} to {} alone: {}",
+        "order {} in rho; rms residual of A relative to its variation over speed: {}\nlargest error of the frequency \
+         response, in the scales of the design: {}\nfrom {} to {} only: {}",
         inputs.design.order,
         each.join(", "),
         responses(&|e| e.scaled),
@@ -98,7 +99,7 @@ pub(super) fn fit_line(inputs: &Inputs, model: &Model) -> String {
 
 pub(super) fn lft_line(model: &Model) -> String {
     format!(
-        "{} channels of rho; differs from the polynomial by {:.1e} at most; {} more for the slope of the trim",
+        "{} channels of rho, within {:.1e} of the polynomial; {} more for the slope of the trim",
         model.lft.size(),
         model.lft_error,
         model.trim_slope.size()

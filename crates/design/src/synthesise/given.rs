@@ -107,8 +107,8 @@ pub fn given(
     progress.done(
         "bound",
         &format!(
-            "the loop has a gain below {} for any trajectory of speed in the range, {seconds:.1} s\n\
-             (by eigenvalues in floating point, the closest to zero at {:.1e})",
+            "gain of the loop below {} for any trajectory of speed in the range ({seconds:.1} s)\n(eigenvalues in \
+             floating point; the closest to zero is {:.1e})",
             above(certified.gamma),
             certified.largest_eigenvalue
         ),

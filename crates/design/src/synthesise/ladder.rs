@@ -61,21 +61,21 @@ impl Speeds {
     /// The assumption of a rung.
     fn name(self, rung: LadderGain) -> String {
         match rung {
-            LadderGain::FrozenOptimum(theta) => format!("designed for {:.2} m/s only", self.speed(theta)),
+            LadderGain::FrozenOptimum(theta) => format!("for {:.2} m/s only", self.speed(theta)),
             LadderGain::Scheduled => "scheduled, for any trajectory of speed".into(),
-            LadderGain::ScheduledSymmetric => "the same, with symmetric scalings only".into(),
+            LadderGain::ScheduledSymmetric => "the same, symmetric scalings only".into(),
             LadderGain::FrozenGain => "constant speed".into(),
             LadderGain::BoundedRate(rate) => {
                 format!("speed changing by at most {:.3} m/s^2", rate * self.half_range)
             }
             LadderGain::ArbitrarilyFast => "speed changing arbitrarily fast".into(),
-            LadderGain::Certified => "the same, certified: also between the samples".into(),
+            LadderGain::Certified => "the same, certified also between the samples".into(),
         }
     }
 }
 
 fn best_controllers(found: &Ladder, speeds: Speeds) -> String {
-    let mut out = String::from("The best controller that each assumption allows: least gamma\n");
+    let mut out = String::from("Least gamma of the best controller under each assumption\n");
     let gammas = found.frozen_optimum.iter().filter_map(|(_, gamma)| gamma.as_ref().ok());
     let hardest = gammas.copied().reduce(f64::max);
     for (theta, gamma) in &found.frozen_optimum {
@@ -87,7 +87,7 @@ fn best_controllers(found: &Ladder, speeds: Speeds) -> String {
         found.scheduled_symmetric.as_ref().copied(),
         hardest,
     );
-    out + "  (+ %: above the hardest speed alone, the cost of one controller for all trajectories of speed)\n"
+    out + "  (+ %: relative to the hardest single speed; the cost of one controller for all trajectories of speed)\n"
 }
 
 /// The least gamma of controllers for a bounded rate.
@@ -98,16 +98,17 @@ fn at_bounded_rates(plant: &GeneralisedPlant, speeds: Speeds) -> String {
         row(&name, least_gamma(plant, options).map(|least| least.gamma), None)
     });
     rows.concat()
-        + "  (at a bounded rate: at seven speeds only, and the acceleration may have to be an input)\n"
+        + "  (at a bounded rate: computed at seven speeds only; the controller may require the acceleration as an \
+            input)\n"
 }
 
 fn finished_loop(found: &Ladder, speeds: Speeds, samples: usize, back_off: f64) -> String {
     let mut out = format!(
-        "\nThe controller of this design, built {back_off:.1} % above the least gamma: gain of its loop\n"
+        "\nGain of the loop with the controller of this design, built {back_off:.1} % above the least gamma\n"
     );
     let frozen = Some(found.frozen_gain.gamma);
     let worst = speeds.speed(found.frozen_gain.theta);
-    let name = format!("{}, at the worst, {worst:.2} m/s", speeds.name(LadderGain::FrozenGain));
+    let name = format!("{}, worst at {worst:.2} m/s", speeds.name(LadderGain::FrozenGain));
     out += &row(&name, Ok::<_, Error>(found.frozen_gain.gamma), None);
     for (rate, bound) in &found.bounded_rate {
         out += &row(&speeds.name(LadderGain::BoundedRate(*rate)), bound.as_ref().map(|b| b.gamma), frozen);
@@ -116,7 +117,7 @@ fn finished_loop(found: &Ladder, speeds: Speeds, samples: usize, back_off: f64) 
     out += &row(&speeds.name(LadderGain::ArbitrarilyFast), fast, frozen);
     out += &row(&speeds.name(LadderGain::Certified), Ok::<_, Error>(rounded_up(found.certified)), frozen);
     out + &format!(
-        "  (+ %: above constant speed. All but the last are computed at {samples} speeds only, and are not proofs)\n"
+        "  (+ %: relative to constant speed. All but the last are computed at {samples} speeds only, without proof)\n"
     )
 }
 
@@ -136,8 +137,8 @@ fn row<E: Display>(name: &str, value: Result<f64, E>, above: Option<f64>) -> Str
 fn contradiction(disorder: &Disorder, speeds: Speeds) -> String {
     let Disorder { lower, upper } = disorder;
     format!(
-        "  CONTRADICTION: '{}' has {:.4} and '{}' has {:.4}; theory orders them the other way, so one of \
-            the two is a numerical error\n",
+        "  CONTRADICTION: '{}' has {:.4} and '{}' has {:.4}; theory requires the opposite order, so one of the two \
+            is a numerical error\n",
         speeds.name(lower.0),
         lower.1,
         speeds.name(upper.0),

@@ -98,7 +98,7 @@ pub fn robust(
     nominal: &Design,
     progress: &Progress,
 ) -> Result<Robust, Error> {
-    let running = progress.begin("robust", "rounds of synthesis and analysis, some ten seconds each");
+    let running = progress.begin("robust", "alternating synthesis and analysis, about ten seconds per round");
     let found = search(inputs, model, plant, nominal, progress)?;
     let Searched { truncated, uncertain, nominal_bound, outcome, .. } = &found;
     let robust_bound = bound_in(&found.even, &outcome.controller, outcome.largest.bound.gamma, "robust")?;
@@ -289,11 +289,11 @@ fn model_line(truncated: &Truncated) -> String {
     let uncertain = model.channels() - model.scheduled;
     let removed = match truncated.removed.as_slice() {
         [] => "all parameters kept".into(),
-        names => format!("left out: {}", names.join(", ")),
+        names => format!("removed: {}", names.join(", ")),
     };
     format!(
         "{} parameters in {uncertain} channels, {} channels of rho; {removed};\nthe removed channels change [A B] by \
-            {:.2} % at most over all of the box",
+            at most {:.2} % over the whole range",
         model.blocks.len(),
         model.scheduled,
         100.0 * truncated.error

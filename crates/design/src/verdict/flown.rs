@@ -175,7 +175,7 @@ impl DefaultFlight {
         });
         let uses = uses.collect();
         let lost = match &flown {
-            None => Some("the flight cannot be followed to its end".to_owned()),
+            None => Some("the simulation cannot be continued to its end".to_owned()),
             Some(flight) => flight.surfacing.map(|surfacing| surfacing.to_string()),
         };
         Ok(Self { uses, lost })

@@ -151,7 +151,7 @@ fn number(value: f64, sense: Sense) -> String {
     let digits = match value.abs() {
         _ if value.is_nan() => return "unknown".into(),
         f64::INFINITY if sense == Sense::Above => return "no limit".into(),
-        f64::INFINITY => return "without bound".into(),
+        f64::INFINITY => return "unbounded".into(),
         size if size >= 99.95 => 0,
         size if size >= 9.995 => 1,
         size if size >= 0.9995 => 2,
@@ -178,7 +178,7 @@ impl Row {
     pub fn found(&self) -> String {
         let value = self.achieved.value;
         if value == f64::INFINITY && self.unit == "s" && self.sense == Sense::Below {
-            return "not within the flight".into();
+            return "not reached".into();
         }
         let unit = if value.is_finite() { self.unit } else { "" };
         format!("{} {unit}", number(value, self.sense)).trim_end().to_owned()
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(below, ["0.545", "0.481", "1.88", "10.0", "101", "0.000", "0.000"]);
         let above = [44.98, 45.0, 0.1499, f64::INFINITY, f64::NAN].map(|v| of(Sense::Above, v));
         assert_eq!(above, ["44.9", "45.0", "0.149", "no limit", "unknown"]);
-        assert_eq!(of(Sense::Below, f64::INFINITY), "without bound");
+        assert_eq!(of(Sense::Below, f64::INFINITY), "unbounded");
     }
 
     #[test]

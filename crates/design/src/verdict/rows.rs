@@ -69,7 +69,7 @@ fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(Str
         "gain_margin" => one("gain margin", margins(inputs, found, gain_margin)),
         "phase_margin" => one("phase margin", margins(inputs, found, |m| m.phase.to_degrees())),
         "disk_margin" => {
-            one("disk margin, as a phase", margins(inputs, found, |m| m.disk_phase().to_degrees()))
+            one("disk margin (as a phase)", margins(inputs, found, |m| m.disk_phase().to_degrees()))
         }
         "delay_margin" => one("delay margin", delays(inputs, found)),
         "mu" => one("mu of the declared uncertainty", mu(found)),
@@ -78,21 +78,19 @@ fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(Str
         "beyond_speed" if inputs.design.tracked_speed().is_none() => vec![],
         "beyond_speed" => beyond(found, "largest loss of speed", |b| b.lost_speed),
         "beyond_recovery" => {
-            let what = format!("error of pitch {:.0} s after", after(inputs));
+            let what = format!("pitch error after {:.0} s", after(inputs));
             beyond(found, &what, |b| b.left)
         }
         "held_speed" if inputs.design.tracked_speed().is_none() => vec![],
         "held_speed" => held(found, "largest loss of speed", |one| one.lost_speed),
         "held_recovery" => {
             let output = found.held.first().map_or("", |one| one.output);
-            held(found, &format!("error of {output} {AFTER:.0} s after"), |one| one.left)
+            held(found, &format!("{output} error after {AFTER:.0} s"), |one| one.left)
         }
         "corner_overshoot" => corners(found, "overshoot", |one| one.overshoot),
-        "corner_error" => corners(found, "error a minute after", |one| one.left),
+        "corner_error" => corners(found, "error after one minute", |one| one.left),
         "noise" => noise(inputs, found),
-        "controller_mode" => {
-            one("fastest mode of the controller, relative to the sampling rate", modes(inputs, found))
-        }
+        "controller_mode" => one("fastest controller mode over sampling rate", modes(inputs, found)),
         _ => vec![],
     }
 }
@@ -110,7 +108,7 @@ fn nearest(bound: f64, found: &Found) -> Figure {
 /// Upper bounds, each with the gain in continuous time.
 fn sampled_gains(found: &Found) -> Vec<Figure> {
     let figure = |at: &AtSpeed| {
-        let remark = format!("in continuous time {:.3}", at.gain.value);
+        let remark = format!("{:.3} in continuous time", at.gain.value);
         Some(Figure::at(at.sampled_gain?.upper, at.speed).with_remark(remark))
     };
     found.frozen.iter().filter_map(figure).collect()
@@ -150,12 +148,11 @@ fn uses(found: &Found) -> Vec<(String, Vec<Figure>)> {
     let row = |used: &Use| {
         let (value, remark) = match &found.flight.lost {
             Some(reason) => (f64::NAN, reason.clone()),
-            None => (
-                PER_CENT * used.most,
-                format!("level flight at the same speeds: {:.0} %", PER_CENT * used.trim),
-            ),
+            None => {
+                (PER_CENT * used.most, format!("{:.0} % in level trim at these speeds", PER_CENT * used.trim))
+            }
         };
-        (format!("{} in the default flight", used.actuator), vec![Figure::new(value).with_remark(remark)])
+        (format!("{} in the default manoeuvre", used.actuator), vec![Figure::new(value).with_remark(remark)])
     };
     found.flight.uses.iter().map(row).collect()
 }
@@ -172,7 +169,7 @@ fn rates(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
             }
         };
         Some((
-            format!("rate of {} in the default flight", used.actuator),
+            format!("rate of {} in the default manoeuvre", used.actuator),
             vec![Figure::new(value).with_remark(remark)],
         ))
     };
@@ -206,7 +203,7 @@ fn margins(inputs: &Inputs, found: &Found, of: impl Fn(&Margins) -> f64) -> Vec<
 fn delays(inputs: &Inputs, found: &Found) -> Vec<Figure> {
     let mut all = margins(inputs, found, |m| m.delay);
     let common = frozen(found, |f| f.common_delay);
-    all.extend(common.into_iter().map(|figure| figure.with_remark("all commands at once")));
+    all.extend(common.into_iter().map(|figure| figure.with_remark("in all commands at once")));
     all
 }
 
@@ -234,7 +231,7 @@ fn gust(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
 fn beyond(found: &Found, what: &str, of: impl Fn(&Beyond) -> f64) -> Vec<(String, Vec<Figure>)> {
     let figure = |flown: &Beyond| {
         let remark = format!(
-            "asked {:.0} deg, limited to {:.1} deg",
+            "{:.0} deg requested, limited to {:.1} deg",
             flown.asked.to_degrees(),
             flown.end.to_degrees()
         );
@@ -249,7 +246,7 @@ fn held(found: &Found, what: &str, of: impl Fn(&Held) -> f64) -> Vec<(String, Ve
         let remark = format!("{} N m for {HELD:.0} s", rounded(flown.load));
         Figure::at(PER_CENT * of(flown), flown.speed).with_remark(remark)
     };
-    vec![(format!("held beyond the actuators: {what}"), found.held.iter().map(figure).collect())]
+    vec![(format!("load beyond the actuators: {what}"), found.held.iter().map(figure).collect())]
 }
 
 /// Figure of the steps at corners of the declared uncertainty; without any there is no row.
@@ -257,7 +254,7 @@ fn corners(found: &Found, what: &str, of: impl Fn(&Corners) -> f64) -> Vec<(Stri
     let figure = |at: &Corners| {
         let remark = match at.untrimmed {
             0 => format!("{} corners", at.flown),
-            untrimmed => format!("{} corners; {untrimmed} more hold no level flight", at.flown),
+            untrimmed => format!("{} corners; {untrimmed} more without level trim", at.flown),
         };
         Figure::at(PER_CENT * of(at), at.speed).with_remark(remark)
     };

@@ -89,13 +89,16 @@ impl Coupling {
 /// coupling relative to the allowed one; `names` are those of the axes.
 pub fn words(rates: [f64; 2], (share, taken): (f64, f64), names: [&str; 2], gains: [f64; 2]) -> String {
     let [least, most] = rates.map(|rate| tidy((100.0 * rate.to_degrees() + ROUNDING).floor() / 100.0, 2));
-    let rates =
-        if least == most { format!("{least} deg/s") } else { format!("{least} to {most} deg/s, by speed") };
+    let rates = if least == most {
+        format!("{least} deg/s")
+    } else {
+        format!("{least} to {most} deg/s, depending on speed")
+    };
     let turns = SPEEDS * (2 * RATES + 1) + (SPEEDS - 1) * (2 * RATES + 2);
     format!(
-        "in turns of up to {rates} ({share} times the limit of the reference) the linear loop of both axes, with \
-         roll, is stable for every trajectory of speed and rate of turn, if no turn couples more than the \
-         certificates allow; the {turns} turns that were computed couple at most {} times that: {}",
+        "in turns of up to {rates} ({share} times the limit of the reference) the linear loop of both axes, \
+         including roll, is stable for every trajectory of speed and turn rate, provided that no turn couples the \
+         axes more than the certificates allow; the {turns} computed turns reach at most {} times this limit: {}",
         above(taken),
         of_both(names, gains)
     )
@@ -107,9 +110,7 @@ const ROUNDING: f64 = 1e-6;
 /// Text of the gains.
 fn of_both([one, other]: [&str; 2], gains: [f64; 2]) -> String {
     let [first, second] = gains.map(above);
-    format!(
-        "gain of the coupling below {first} through {one} and below {second} through {other}, both below 1"
-    )
+    format!("coupling gains below {first} through {one} and below {second} through {other}, both below 1")
 }
 
 impl Turning<'_> {
@@ -182,7 +183,7 @@ pub fn share_of(
             Ok(()) => {
                 let taken = turns.relative_coupling(&loops, gains);
                 let wrong =
-                    || ProofError::Mismatch { what: "a turn that couples more than is allowed".into() };
+                    || ProofError::Mismatch { what: "a turn whose coupling exceeds the allowed one".into() };
                 return (taken < 1.0).then_some((share, taken)).ok_or_else(|| wrong().into());
             }
             Err(found) => reason = found,

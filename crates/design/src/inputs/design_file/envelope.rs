@@ -7,7 +7,7 @@ use squid_auv::toml_file::Table;
 
 /// Fraction of an actuator's limits.
 const AUTHORITY: Range =
-    Range { least: 0.1, most: 1.0, words: "from 0.1 to 1, a share of each actuator's limits" };
+    Range { least: 0.1, most: 1.0, words: "from 0.1 to 1, as a fraction of the limits of each actuator" };
 
 /// Largest pitch reference, deg: Euler angles and the planar model break down near 90.
 const STEEPEST: f64 = 60.0;
@@ -23,7 +23,7 @@ impl Envelope {
         let default = Self::default();
         let turn_rate = table.or("turn_rate", Some(default.turn_rate), |table, key| {
             let allowed = |v: f64| v > 0.0 && factor.is_none_or(|factor| v * factor <= FASTEST.to_radians());
-            let allowed_text = "above 0, at most 90 deg, the rate of heading in a second";
+            let allowed_text = "above 0, at most 90 deg (heading rate, per second)";
             Some(factor.map(|factor| factor * table.number(key, allowed, allowed_text).unwrap_or(f64::NAN)))
         });
         Some(Self { turn_rate: turn_rate?.filter(|rate| !rate.is_nan())?, ..default })
@@ -36,7 +36,8 @@ impl Envelope {
         let factor = if table.has("pitch") || table.has("path_angle") { angle(table) } else { Some(1.0) };
         let steep = move |v: f64| factor.is_none_or(|factor| (v * factor).abs() <= STEEPEST.to_radians());
         let pitch = table.or("pitch", Some(default.pitch), |table, key| {
-            let allowed_text = "[least, largest], the pitch references allowed, each at most 60 deg in size";
+            let allowed_text = "the range [least, largest] of pitch references, each of a magnitude of at most 60 \
+                deg";
             let numbers = table.numbers(key, allowed_text)?;
             match numbers.as_slice() {
                 [least, most] if least <= most && steep(*least) && steep(*most) => {

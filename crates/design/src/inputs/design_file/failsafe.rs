@@ -6,10 +6,10 @@ use squid_auv::toml_file::Table;
 use squid_signals::Signal;
 
 /// Time without change after which a measurement counts as lost.
-const STALE: Range = Range { least: 0.0, most: 60.0, words: "from 0, for never, to 60 (s)" };
+const STALE: Range = Range { least: 0.0, most: 60.0, words: "from 0 (never) to 60 (s)" };
 
 /// Time between two values of a sensor.
-const PERIOD: Range = Range { least: 0.0, most: 60.0, words: "from 0, for each tick, to 60 (s)" };
+const PERIOD: Range = Range { least: 0.0, most: 60.0, words: "from 0 (each tick) to 60 (s)" };
 
 impl Failsafe {
     /// Reads the section; only signals that are `measured` may have a table of their sensor.
@@ -21,7 +21,7 @@ impl Failsafe {
         let names = signals.iter().map(|signal| signal.name);
         table.allow_only(&["stale_after", "safe"].into_iter().chain(names).collect::<Vec<_>>());
         for signal in signals.iter().filter(|signal| table.has(signal.name) && !is_measured(signal)) {
-            table.not_allowed(signal.name, "given", "left out: the controller does not measure it");
+            table.not_allowed(signal.name, "given", "omitted, because the controller does not measure it");
         }
         let Self { stale_after, safe, .. } = Self::default();
         let stale_after = table.or("stale_after", stale_after, |table, key| within(table, key, STALE));
@@ -43,7 +43,7 @@ fn sensor(signal: &'static Signal, table: &Table<'_>) -> Option<SensorKeys> {
     let resolution = if table.has("resolution") {
         let units: Vec<&str> = signal.units.iter().map(|unit| unit.name).collect();
         let unit = table.one_of("unit", &units);
-        let resolution = table.number("resolution", |v| v >= 0.0 && v.is_finite(), "0, for none, or above");
+        let resolution = table.number("resolution", |v| v >= 0.0 && v.is_finite(), "at least 0 (0 for none)");
         Some(resolution? * signal.units[unit?].factor)
     } else {
         None

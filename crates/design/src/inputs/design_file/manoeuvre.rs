@@ -59,13 +59,13 @@ impl Limits<'_> {
             complete &= no_step(table, "unit", signal).is_some();
         }
         let most = self.duration.unwrap_or(f64::INFINITY);
-        let allowed_text = format!("above 0 and at most {} (s), a million sample times", number(most));
+        let allowed_text = format!("above 0 and at most {} (s), one million samples", number(most));
         let duration = table.number("duration", |v| v > 0.0 && v <= most, &allowed_text);
         let end = duration.unwrap_or(f64::INFINITY);
-        let step_time_text = "0 or more, and before the end of the flight (s)";
+        let step_time_text = "at least 0 and before the end of the manoeuvre (s)";
         let step_time = table.number("step_time", |v| v >= 0.0 && v < end, step_time_text);
         let (speed_from, speed_to) = (self.speed(table, "speed_from"), self.speed(table, "speed_to"));
-        let ramp_start = table.number("ramp_start", |v| v >= 0.0, "0 or more (s)");
+        let ramp_start = table.number("ramp_start", |v| v >= 0.0, "at least 0 (s)");
         let ramp_duration = table.number("ramp_duration", |v| v > 0.0, "above 0 (s)");
         Some(Manoeuvre {
             format: MANOEUVRE_FORMAT.into(),
@@ -89,8 +89,10 @@ impl Limits<'_> {
     fn speed(&self, table: &Table<'_>, key: &str) -> Option<f64> {
         let (low, high) = self.speeds.unwrap_or((f64::MIN, f64::MAX));
         let allowed_text = match self.speeds {
-            Some(_) => format!("from {} to {} (m/s), the range of the design", number(low), number(high)),
-            None => "within the range of the design (m/s)".into(),
+            Some(_) => {
+                format!("from {} to {} (m/s), the speed range of the design", number(low), number(high))
+            }
+            None => "within the speed range of the design (m/s)".into(),
         };
         table.number(key, |v| (low..=high).contains(&v), &allowed_text)
     }
@@ -99,7 +101,7 @@ impl Limits<'_> {
 /// Step of 0 for an output that is not tracked; its key must be absent.
 fn no_step(table: &Table<'_>, key: &str, signal: &Signal) -> Option<f64> {
     if table.has(key) {
-        let allowed_text = format!("left out, since no [[track]] has the output '{}'", signal.name);
+        let allowed_text = format!("omitted, because no [[track]] has the output '{}'", signal.name);
         table.not_allowed(key, "given", allowed_text);
         return None;
     }
@@ -113,9 +115,9 @@ fn step(table: &Table<'_>, key: &str, signal: &Signal, scale: Option<f64>) -> Op
     let Some(scale) = scale.filter(|scale| *scale < most) else {
         let (limit, unit) = (rounded(most / factor), unit(signal, factor));
         let allowed_text = match most {
-            FRAC_PI_2 => "other than 0 and below a right angle".to_owned(),
+            FRAC_PI_2 => "other than 0 and of a magnitude below 90 deg".to_owned(),
             f64::INFINITY => "other than 0".to_owned(),
-            _ => format!("other than 0 and below {limit} {unit} in size"),
+            _ => format!("other than 0 and of a magnitude below {limit} {unit}"),
         };
         return table
             .number(key, |v| v != 0.0 && (v * factor).abs() < most, &allowed_text)
@@ -126,8 +128,8 @@ fn step(table: &Table<'_>, key: &str, signal: &Signal, scale: Option<f64>) -> Op
         unit => format!("{} ({unit})", rounded(scale / factor)),
     };
     let allowed_text = format!(
-        "other than 0 and at most {shown} in size, the 'scale' of {}: the largest reference that the design is made \
-         for",
+        "other than 0 and of a magnitude of at most {shown}, the 'scale' of {}, which is the largest reference of \
+         the design",
         signal.name
     );
     let allowed = |v: f64| v != 0.0 && (v * factor).abs() <= scale * (1.0 + ROUNDING);

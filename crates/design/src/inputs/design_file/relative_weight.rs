@@ -39,7 +39,7 @@ pub fn check(entries: &[RelativeWeight], vehicle: &Vehicle, file: &str) -> Resul
     let names: Vec<&str> = vehicle.actuators.iter().map(|one| one.name.as_str()).collect();
     let unknown = entries.iter().filter(|one| !names.contains(&one.actuator.as_str()));
     let mistake = |one: &RelativeWeight| {
-        let (key, found) = (format!("{TABLE}.{}", one.actuator), "no actuator of this axis".into());
+        let (key, found) = (format!("{TABLE}.{}", one.actuator), "not an actuator of this axis".into());
         let allowed = format!("named {}", names.join(", "));
         Mistake { line: one.line, problem: FileProblem::NotAllowed { key, found, allowed } }
     };

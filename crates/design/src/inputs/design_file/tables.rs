@@ -55,7 +55,13 @@ impl DesignFile {
     pub fn parse(text: &str, file: &str, name: &str) -> Result<Self, FileError> {
         let mut axes = Self::parse_each(text, file, name)?;
         if axes.len() > 1 {
-            return Err(mistake_at_axis((text, file), 1, "a second one", "one: a single axis is asked for"));
+            return Err(mistake_at_axis(
+                (text, file),
+                1,
+                "a second one",
+                "only one, because a single axis was \
+                selected",
+            ));
         }
         Ok(axes.remove(0))
     }
@@ -79,8 +85,10 @@ impl DesignFile {
         let is_known = |index: &usize| axes[..*index].iter().any(|other| other.name == axes[*index].name);
         match (0..axes.len()).find(is_known) {
             Some(index) => {
-                let (found, allowed) =
-                    (format!("of {} again", axes[index].name), "of another tracked output");
+                let (found, allowed) = (
+                    format!("of {} a second time", axes[index].name),
+                    "of an output that is not tracked yet",
+                );
                 Err(mistake_at_axis((text, file), index, &found, allowed))
             }
             None => Ok(axes),
@@ -99,7 +107,7 @@ impl DesignFile {
     ) -> Result<Self, FileError> {
         let document = Document::parse(text, file)?;
         if document.root().has(AXIS) {
-            document.root().not_allowed(AXIS, "a list", "left out here: a single axis is asked for");
+            document.root().not_allowed(AXIS, "a list", "omitted, because a single axis was selected");
         }
         document.finish(design(&document, interface, file, name))
     }
@@ -146,7 +154,7 @@ fn reduce(table: &Table<'_>) -> Option<Option<f64>> {
         (false, rate) => Some((!rate).then_some(DEFAULT_REDUCE)),
         (true, false) => within(table, "reduce", REDUCE).map(|share| (share > 0.0).then_some(share)),
         (true, true) => {
-            table.not_allowed("reduce", "given", "left out beside 'rate'");
+            table.not_allowed("reduce", "given", "omitted if 'rate' is given");
             None
         }
     }
@@ -162,16 +170,17 @@ fn design(
     let root = document.root();
     root.allow_only(&SECTIONS);
     let description = root.text("description");
-    let model = root.required_table("model", "range of speed, depth, and the fit").map(|t| Model::of(&t));
+    let model = root.required_table("model", "the speed range, the depth and the fit").map(|t| Model::of(&t));
     let pitch = root.table("trim").map_or(Some(None), |table| pitch(&table).map(Some));
     let measured = measured(&root, interface);
     let tracked = tracked(&root, interface, measured.as_ref().is_none_or(|all| !all.is_empty()));
-    let control = root.required_table("control", "the weight on each actuator, and a disturbance there");
+    let control =
+        root.required_table("control", "the weights of the actuators, and the disturbance at their inputs");
     let control = control.as_ref().map(|table| Control::of(document, table));
     let controller = root.table("controller").map_or(Some(None), |table| squid_pid::read(&table, file));
     let speeds = model.as_ref().and_then(|m| m.speed_min.zip(m.speed_max));
     let sea = root.table("sea").map_or(Some(None), |table| working_sea(&table, speeds).map(Some));
-    let synthesis = root.required_table("synthesis", "back_off, how far from the least gamma");
+    let synthesis = root.required_table("synthesis", "back_off, the relative distance from the least gamma");
     let back_off = synthesis.as_ref().and_then(|table| {
         table.allow_only(&["back_off", "rate", "reduce"]);
         table.number("back_off", |v| (0.001..=1.0).contains(&v), "from 0.001 to 1")
@@ -180,17 +189,17 @@ fn design(
     let bounded = synthesis.filter(|table| table.has("rate"));
     let rate =
         bounded.map_or(Some(None), |table| table.number("rate", |v| RATE.allows(v), RATE.words).map(Some));
-    let autopilot = root.required_table("autopilot", "sample_time, one tick each (s)");
+    let autopilot = root.required_table("autopilot", "sample_time (s)");
     let autopilot = autopilot.as_ref().map(Autopilot::of);
     let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);
     let view = View::of_states(interface.states);
     if view.is_level_held && root.has("sea") {
-        let only = format!("left out of an axis of {}: it is for {}", view.name, LONGITUDINAL.name);
+        let only = format!("omitted in an axis of {}: it applies to {}", view.name, LONGITUDINAL.name);
         root.not_allowed("sea", "given", only);
     }
     let turns = interface.index("heading").is_some();
     if view.is_level_held && !turns && root.has("envelope") {
-        root.not_allowed("envelope", "given", format!("left out of an axis of {}", view.name));
+        root.not_allowed("envelope", "given", format!("omitted in an axis of {}", view.name));
     }
     let read = |table| if turns { Envelope::of_heading(&table) } else { Envelope::of(&table) };
     let envelope = root.table("envelope").map_or_else(|| Some(Envelope::default()), read);
@@ -213,7 +222,7 @@ fn design(
         tracked: tracked.as_deref().unwrap_or_default(),
         duration: sample_time.map(|time| MOST_TICKS * time),
     };
-    let manoeuvre = root.required_table("manoeuvre", "the default manoeuvre of the FMU of the complete loop");
+    let manoeuvre = root.required_table("manoeuvre", "the default manoeuvre of the closed-loop FMU");
     let manoeuvre = manoeuvre.and_then(|table| limits.manoeuvre(&table));
     let uncertainty = root.table("uncertainty").map(|table| uncertainty::read(document, &table));
     let require = root.table("require").map_or_else(|| Some(Require::default()), |table| Require::of(&table));
@@ -268,26 +277,27 @@ fn pitch(table: &Table<'_>) -> Option<Pitch> {
     held.allow_only(&["angle", "unit"]);
     let factor = angle(&held);
     let allowed = |v: f64| factor.is_none_or(|factor| (v * factor).abs() <= STEEPEST.to_radians());
-    let angle = held.number("angle", allowed, "at most 60 deg in size");
+    let angle = held.number("angle", allowed, "of a magnitude of at most 60 deg");
     Some(Pitch::Held(factor? * angle?))
 }
 
 /// Section `[sea]`; the range of speed \[m/s\] is `None` if it could not be read.
 fn working_sea(table: &Table<'_>, speeds: Option<(f64, f64)>) -> Option<WorkingSea> {
     let waves = WaveParameters::of(table, &["depth", "weight"]);
-    let depth = table.number("depth", |depth| depth > 0.0, "above 0 (m): where the vehicle works in waves");
+    let depth = table.number("depth", |depth| depth > 0.0, "above 0 (m), the working depth in waves");
     let weight = table.or("weight", 1.0, |table, key| within(table, key, WAVE_WEIGHT));
     let sea = WorkingSea { waves: waves?, depth: depth?, weight: weight? };
     if sea.depth < 0.5 * sea.waves.spectrum.height() {
-        let allowed = "at least half the significant height (m): nearer, the troughs uncover the hull";
+        let allowed =
+            "at least half the significant height (m), because wave troughs uncover a shallower hull";
         table.not_allowed("depth", squid_auv::number(sea.depth), allowed);
         return None;
     }
     if let Some((low, high)) = speeds
         && [low, high].iter().any(|speed| sea.filter(*speed).is_none())
     {
-        let allowed = "such that the vehicle is not carried along by the waves, at any of its speeds: these must be \
-                     below half of the speed of the waves on its way";
+        let allowed = "such that every speed of the vehicle is below half of the phase velocity of the waves along \
+                     its path";
         table.not_allowed("heading", squid_auv::number(sea.waves.heading.to_degrees()), allowed);
         return None;
     }
@@ -330,7 +340,7 @@ impl Autopilot {
         };
         let in_ticks = |delay: f64| sample_time.is_none_or(|time| in_ticks(delay / time));
         let delay = table.or("delay", 0.0, |table, key| {
-            table.number(key, in_ticks, "a multiple of the sample time, from 0 to 10 of them (s)")
+            table.number(key, in_ticks, "from 0 to 10 sample times, as a multiple of the sample time (s)")
         });
         let anti_windup = table.or("anti_windup", true, Table::truth);
         Self { sample_time, delay, anti_windup }
@@ -351,16 +361,16 @@ impl Model {
     fn of(table: &Table<'_>) -> Self {
         table.allow_only(&["speed_min", "speed_max", "speeds", "depth", "order", "drop"]);
         let order = table.whole("order", |v| (1..=5).contains(&v), "from 1 to 5");
-        let speed_min = table.number("speed_min", |_| true, "a finite number, negative astern (m/s)");
+        let speed_min = table.number("speed_min", |_| true, "a finite number (m/s), negative astern");
         let above = speed_min.unwrap_or(f64::NEG_INFINITY);
         let enough = |v| v > order.unwrap_or(1) && v <= 1000;
         Self {
             speed_min,
-            speed_max: table.number("speed_max", |v| v > above, "above speed_min (m/s)"),
-            speeds: table.whole("speeds", enough, "more than the order and at most 1000"),
-            depth: table.number("depth", |v| v >= 0.0, "0 or more (m)"),
+            speed_max: table.number("speed_max", |v| v > above, "above 'speed_min' (m/s)"),
+            speeds: table.whole("speeds", enough, "above the order, at most 1000"),
+            depth: table.number("depth", |v| v >= 0.0, "at least 0 (m)"),
             order,
-            drop: table.number("drop", |v| (0.0..0.5).contains(&v), "from 0 to below 0.5"),
+            drop: table.number("drop", |v| (0.0..0.5).contains(&v), "at least 0 and below 0.5"),
         }
     }
 }

@@ -19,7 +19,7 @@ pub(super) fn tracked(
     interface: &'static Interface,
     separate: bool,
 ) -> Option<Vec<Tracked>> {
-    if !root.requires("track", "what is tracked, each output in a table [[track]]") {
+    if !root.requires("track", "the tracked outputs, one [[track]] for each") {
         return None;
     }
     let tables = root.tables("track");
@@ -66,8 +66,8 @@ fn is_possible_error(table: &Table<'_>, signal: &Signal, scale: f64) -> bool {
             "rad" => {
                 let degrees = squid_auv::rounded(scale * factor);
                 (
-                    format!("{} rad, or {degrees} deg", squid_auv::rounded(scale)),
-                    " (degrees with the unit \"rad\"?)",
+                    format!("{} rad ({degrees} deg)", squid_auv::rounded(scale)),
+                    " (is the angle in degrees, with the unit \"rad\"?)",
                 )
             }
             _ => (format!("{} {unit}", squid_auv::rounded(scale)), ""),
@@ -76,7 +76,7 @@ fn is_possible_error(table: &Table<'_>, signal: &Signal, scale: f64) -> bool {
         table.not_allowed(
             "scale",
             found,
-            format!("at most {most} {readable}, the unit of the {name} error{doubt}"),
+            format!("at most {most} {readable}, because it is the unit of the {name} error{doubt}"),
         );
     }
     allowed
@@ -96,7 +96,11 @@ fn reference_model(table: &Table<'_>, signal: &Signal) -> Option<Option<Referenc
     if signal.level == Level::Scheduled {
         let frequency = within(table, "frequency", FREQUENCY);
         if table.has("damping") {
-            table.not_allowed("damping", "given", "left out for the speed, whose model is of first order");
+            table.not_allowed(
+                "damping",
+                "given",
+                "omitted for the speed, whose reference model is of first order",
+            );
             return None;
         }
         return Some(Some(ReferenceModel { frequency: frequency?, damping: None }));
@@ -147,7 +151,7 @@ fn signal(
             }
         }
         if let Some(other) = others.iter().find(|name| table.is_text(key, name)) {
-            let own = format!("in an [[axis]] of its own: this axis is of {}", allowed.join(", "));
+            let own = format!("in another [[axis]], because this one is of {}", allowed.join(", "));
             table.not_allowed(key, format!("\"{other}\""), own);
             return None;
         }
@@ -156,7 +160,7 @@ fn signal(
     let name = allowed[table.one_of(key, &allowed)?];
     let index = interface.index(name)?;
     if used.contains(&index) {
-        table.not_allowed(key, format!("\"{name}\" a second time"), "named once");
+        table.not_allowed(key, format!("\"{name}\" again"), "listed only once");
         return None;
     }
     used.push(index);

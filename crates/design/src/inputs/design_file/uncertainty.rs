@@ -7,7 +7,7 @@ use squid_auv::{COEFFICIENTS, Parameter, Vehicle};
 const SECTION: &str = "uncertainty";
 const COEFFICIENT: &str = "uncertainty.coefficients";
 const EITHER: &str = "a relative half range such as 0.3, or { absolute = 0.005, unit = \"m\" }";
-const RELATIVE: &str = "above 0 and below 1, or it would change sign; it is the half range over the value";
+const RELATIVE: &str = "above 0 and below 1, as half range over value (from 1 on the sign would change)";
 
 /// Declared uncertainty, before it is checked against the vehicle.
 #[derive(Debug, Clone, PartialEq)]
@@ -134,7 +134,7 @@ impl UncertainCoefficient {
         let half_range = match &self.half_range {
             HalfRange::Relative(_) if value == 0.0 => {
                 let allowed =
-                    "{ absolute = ..., unit = ... } or left out, because the value in the vehicle file is 0";
+                    "{ absolute = ..., unit = ... } or omitted, because the value in the vehicle file is 0";
                 return Err(wrong("a relative range".into(), allowed));
             }
             HalfRange::Relative(fraction) => fraction * value.abs(),
@@ -151,7 +151,7 @@ impl UncertainCoefficient {
             let outside = |v: &f64| spec.is_some_and(|spec| !spec.allowed.contains(*v));
             if let Some(end) = [value - half_range, value + half_range].into_iter().find(outside) {
                 let allowed = spec.map_or("", |spec| spec.allowed.describe());
-                return Err(wrong(format!("a range that reaches {}", number(end)), allowed));
+                return Err(wrong(format!("a range that extends to {}", number(end)), allowed));
             }
         }
         Ok(UncertainParameter { parameter, value, half_range })

@@ -72,11 +72,10 @@ impl RobustFigures {
     pub fn words(&self) -> String {
         let number = |g: Option<f64>| g.map_or_else(|| "none".into(), above);
         let mut out = format!(
-            "At a gain of {:.4}, {}, each tolerates a fraction of {}, varying arbitrarily fast:\n\
-             \x20 the nominal controller {:.1} %, the robust controller {:.1} %, which is {:.2} times as much \
-             (proved: a gain below {})\n\
-             The gain is below this at a fraction of the declared uncertainty, varying arbitrarily \
-             fast\n    fraction     nominal      robust\n",
+            "At a gain of {:.4}, {}, the fraction of {} that is tolerated if it varies arbitrarily fast:\n\x20 nominal \
+             controller {:.1} %, robust controller {:.1} %, which is {:.2} times as much (proved: gain below {})\n\
+             Upper bound of the gain over the fraction of the declared uncertainty, varying arbitrarily fast\n    \
+             fraction     nominal      robust\n",
             self.gamma,
             gain_in_words(self.gamma),
             self.declared(),
@@ -89,12 +88,12 @@ impl RobustFigures {
             out += &format!("  {:>8.1} %  {:>10}  {:>10}\n", 100.0 * size, number(*nominal), number(*robust));
         }
         out += &format!(
-            "Constant uncertainty at frozen speed: an upper bound on mu for robust stability (1 is all of the \
-                declared uncertainty), and the\n\
-             worst-case gain at {:.0} % of it: of the model, in which the incidence is an independent \
-             parameter (reached..guaranteed), and of a vehicle\n\
-             with the coefficients of the perturbation, trimmed again\n\
-             \x20        m/s  mu nominal      robust     gain nominal  vehicle           robust  vehicle\n",
+            "Constant uncertainty at frozen speed: upper bound on mu for robust stability (1 is the full declared \
+                uncertainty), and the\n\
+                worst-case gain at {:.0} % of it: of the model, in which the incidence is an independent parameter \
+                (lower..upper bound), and of a vehicle\n\
+                with the coefficients of the perturbation, trimmed again\n\x20        m/s  mu nominal      robust     \
+                gain nominal  vehicle           robust  vehicle\n",
             100.0 * self.constant_size
         );
         for f in &self.frozen {
@@ -113,7 +112,7 @@ impl RobustFigures {
                 vehicle(f.vehicle[1])
             );
         }
-        out + &format!("No more rounds: {}\n{}\n", self.stop, self.not_proved())
+        out + &format!("Stopped: {}\n{}\n", self.stop, self.not_proved())
     }
 
     /// The uncertainty that sizes refer to: the declared one without the parameters that the model leaves out.
@@ -126,15 +125,15 @@ impl RobustFigures {
         let (least, most) = self.remainder;
         let held = match self.left_out.as_slice() {
             [] => String::new(),
-            [one] => format!(" {one} lost all its channels and is held at its nominal value."),
+            [one] => format!(" {one} has no channels left and is held at its nominal value."),
             names => {
-                format!(" {} lost all their channels and are held at their nominal values.", listed(names))
+                format!(" {} have no channels left and are held at their nominal values.", listed(names))
             }
         };
         format!(
-            "The proof is about the model. It leaves out the error of the model against the vehicle: {:.1} to {:.1} % \
-                of [A B] over the six speeds, at corners of \
-             all of the declared uncertainty, and up to {:.2} % more for the removed channels.{held}",
+            "The proof applies to the model. It does not cover the error of the model relative to the vehicle: {:.1} \
+                to {:.1} % of [A B] over the six speeds, at corners of the full declared uncertainty, and up to \
+                {:.2} % more for the removed channels.{held}",
             100.0 * least,
             100.0 * most,
             100.0 * self.model_error
@@ -146,7 +145,7 @@ impl RobustFigures {
 pub fn declared_without(left_out: &[String]) -> String {
     match left_out {
         [] => "the declared uncertainty".into(),
-        names => format!("the declared uncertainty without that of {}", listed(names)),
+        names => format!("the declared uncertainty except that of {}", listed(names)),
     }
 }
 
