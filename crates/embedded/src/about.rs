@@ -19,52 +19,52 @@ pub(crate) fn about(design: &ControllerDesign, standing: &Standing, real: Real) 
     let [ts, from, to] = [design.sample_time, design.scheduling.minimum, design.scheduling.maximum];
     let library = library(design, real).map_or_else(
         || "The source needs no library.".to_owned(),
-        |calls| format!("Of the mathematical library the source {calls}"),
+        |calls| format!("From the mathematical library the source {calls}"),
     );
     let mut paragraphs = vec![
         format!(
-            "Use: init once, reset where a flight begins, then step each {ts} s with the newest inputs. No function \
-             allocates memory, waits, or keeps anything outside of the state that it is given; several states may be \
-             stepped at once. How long a step takes does not depend on the numbers but for the branches of a few \
-             comparisons. {}",
+            "Use: call init once, reset at the start of a mission, then step every {ts} s with the latest inputs. No \
+             function allocates memory, blocks, or keeps data outside the state that it is given; several states may \
+             be stepped concurrently. The execution time of a step does not depend on the numbers, apart from the \
+             branches of a few comparisons. {}",
             library
         ),
-        "A reference that is infinite or not a number: refused with BAD_INPUT, as is anything at a reset, and there an \
-         angle beyond 2 pi rad, a rate beyond 2 pi rad/s, a depth above -5 m or below 12 km. Nothing is changed, and \
-         the last commands hold, as if the tick were missed."
+        "Invalid inputs: a reference that is infinite or not a number is rejected with BAD_INPUT. A reset rejects \
+         any such input, and also angles beyond 2 pi rad, rates beyond 2 pi rad/s, and depths outside -5 m to 12 km. \
+         The state is then unchanged and the last commands hold, as after a missed tick."
             .to_owned(),
         format!(
-            "A measured speed outside {from} to {to} m/s along the path: rho is held at the end of its range, and the \
-             status has OUT_OF_RANGE. For a wanted speed beyond the trim table the trim is that of its end. What is \
-             proved does not hold there."
+            "Speed out of range: if the measured speed is outside {from} to {to} m/s along the path, rho is held at \
+             the end of its range, and the status contains OUT_OF_RANGE. For a speed reference beyond the trim table \
+             the trim at its end is used. The proof does not hold there."
         ),
-        "Taking over: while a pilot, another design or anything else commands the actuators, call follow with what \
-         they get, and then step, each tick; call follow once more before the first step whose outputs are used. \
-         The state is then such that the command is what was applied, as nearly as the controller can, and \
-         references go on with the rate of the vehicle, and to what is asked through two lags of 1 s. An applied \
-         command beyond its limits is taken to be at its limit, and one beyond ten times that is BAD_INPUT. To take \
-         over after a reset: reset, follow, step. Where something limits the commands further while they are used, \
-         call feed_back with what the actuators got before each step, and the anti-windup knows of it. What is proved \
-         does not cover a loop that follows, nor limits that are not those of the outputs."
+        "Bumpless transfer: while a pilot or another controller commands the actuators, call follow with the applied \
+         commands, and then step, at each tick; call follow once more before the first step whose outputs are used. \
+         The state is then such that the commands equal the applied ones, as closely as the controller allows, and \
+         the references start at the rate of the vehicle and move to their inputs through two lags of 1 s. An \
+         applied command beyond its limits is clamped, and one beyond ten times its limits returns BAD_INPUT. To \
+         take over after a reset: reset, follow, step. If the commands are limited further downstream, call \
+         feed_back with the applied commands before each step, for the anti-windup. The proof covers neither a loop \
+         that follows nor limits other than those of the outputs."
             .to_owned(),
         limits(design),
         sensors(design).to_owned(),
-        "A missed tick: nothing runs by itself. The last commands hold, and the state stays as it is. To make up for k \
-         missed ticks step k + 1 times with the newest inputs, as the FMU does in a long step; after a longer gap \
-         reset. What is proved does not cover ticks that are missed."
+        "Missed ticks: the last commands hold, and the state does not change. To make up for k missed ticks, step k \
+         + 1 times with the latest inputs, as the FMU does in a long step; after a longer gap, reset. The proof does \
+         not cover missed ticks."
             .to_owned(),
-        "What is proved:".to_owned(),
+        "Proved:".to_owned(),
     ];
     paragraphs.extend(standing.claims.iter().cloned());
     if !design.gains.is_empty() {
-        let heading = "The gains of the control law, from which the matrices in the source follow; rho is -1 at the \
+        let heading = "Gains of the control law, from which the matrices in the source follow; rho is -1 at the \
                      lowest and 1 at the highest speed:";
         paragraphs.push(heading.to_owned());
         paragraphs.extend(design.gains.iter().map(gain));
     }
     paragraphs.push(format!(
-        "The SHA-256 of certificate.json is {}.",
-        standing.certificate_sha256.as_deref().unwrap_or("not there: there is no certificate")
+        "SHA-256 of certificate.json: {}.",
+        standing.certificate_sha256.as_deref().unwrap_or("none, because there is no certificate")
     ));
     comment(&paragraphs)
 }
@@ -82,14 +82,15 @@ fn limits(design: &ControllerDesign) -> String {
     let yielding = references(design).into_iter().filter(|index| steered_by(design, *index) != 0);
     let signals: Vec<&str> = yielding.map(|index| design.signals[index].name.as_str()).collect();
     if signals.is_empty() {
-        return "Commands are cut off at their limits, and the status has SATURATED and the bit of the actuator."
+        return "Commands are clamped to their limits, and the status then contains SATURATED and the bit of the \
+            actuator."
             .to_owned();
     }
     format!(
-        "Commands are cut off at their limits, and the status has SATURATED and the bit of the actuator. While an \
-         actuator that steers stays at its limit for longer than {HELD} s, the reference of {} yields to what is \
-         measured, so that the speed is kept and nothing winds up; after that it returns to what is asked through \
-         two lags of 1 s, within its rate. What is proved is of references as they are used.",
+        "Commands are clamped to their limits, and the status then contains SATURATED and the bit of the actuator. \
+         While a steering actuator stays at its limit for longer than {HELD} s, the reference of {} moves towards \
+         the measured value, so that the speed is kept and no integrator winds up; afterwards it returns to its \
+         input through two lags of 1 s, within its rate limit. The proof applies to the references as they are used.",
         signals.join(" and ")
     )
 }
@@ -97,15 +98,16 @@ fn limits(design: &ControllerDesign) -> String {
 /// Describes the behaviour after the loss of a sensor.
 fn sensors(design: &ControllerDesign) -> &'static str {
     if design.failsafe.is_none() {
-        return "Measurements are taken as they come: this design has no limits to what its sensors may say.";
+        return "Sensors: measurements are used as they are, because this design declares no sensor checks.";
     }
-    "Sensors: each measurement has an age, 0 if it is not given. A sensor is lost if its value is older than \
-     STALE_AFTER and its period or of the future, is the same for so long and should have moved by several of its \
-     steps, is not finite or out of its range, or moves faster than the vehicle can; the status has its bit. It is \
-     believed again after half a second in which it was plausible; one that was stuck or elsewhere, and whose rate is \
-     measured, has to agree while the vehicle moves by more than its error. Without the speed its loop is open; \
-     without the depth it is reckoned from pitch and speed, and its reference held; pitch and heading are reckoned \
-     from their measured rates; without anything else the commands go to the safe ones in half a second, FAILED, \
-     whatever the references are. When a sensor comes back the first command is the last one. Nothing is proved of a \
-     loop without a sensor."
+    "Sensors: each measurement has an age, 0 if unknown. A sensor is lost if its value is older than STALE_AFTER \
+     plus its period, or has a negative age; if the value is constant for that time although it should have changed \
+     by several quantisation steps; if it is not finite or out of range; or if it changes faster than the vehicle \
+     can move. The status then contains the bit of the sensor. The sensor is trusted again after it was plausible \
+     for half a second; one that was stuck or offset, and whose rate is measured, must also agree with the estimate \
+     while the vehicle moves by more than the error of the sensor. Without the speed its loop is open; without the \
+     depth it is estimated from pitch and speed, and its reference is held; pitch and heading are estimated from \
+     their measured rates; after the loss of any other sensor the commands ramp to the safe ones within half a \
+     second (FAILED), whatever the references are. When a sensor recovers, the commands continue without a jump. \
+     Nothing is proved about a loop without a sensor."
 }

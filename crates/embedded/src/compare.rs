@@ -21,7 +21,7 @@ pub fn compare(found: &str, expected: &str) -> Result<(), SourceError> {
     };
     debug_assert!(index < longest);
     let shown = |tokens: &[Token<'_>]| match tokens.get(index).map(|token| token.text) {
-        None => "its end".to_owned(),
+        None => "the end of the source".to_owned(),
         Some("\n") => "the end of the line".to_owned(),
         Some(text) => text.to_owned(),
     };

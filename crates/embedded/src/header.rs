@@ -60,7 +60,7 @@ pub(crate) fn header(
     let kept = match origins(design).len() {
         0 => String::new(),
         count => format!(
-            "{real} origin[{count}]; /* measured at the reset, of signals that are deviations from it */"
+            "{real} origin[{count}]; /* measurements at the reset, from which the deviations of signals are taken */"
         ),
     };
     let fields = [
@@ -78,13 +78,13 @@ pub(crate) fn header(
         ("inputs", members(&mut inputs.iter().map(|one| (one.name.clone(), one.comment.clone())))),
         (
             "ages",
-            members(&mut ages.map(|one| (format!("{}_age", one.name), "s since it was measured".into()))),
+            members(&mut ages.map(|one| (format!("{}_age", one.name), "s since the measurement".into()))),
         ),
         ("outputs", lines(actuators.iter().map(|one| output(one, &real)))),
         (
             "trims",
             members(&mut trims.map(|one| {
-                let words = format!("{}: {} of level trim at the speed V_r", one.unit, one.measured);
+                let words = format!("{}: {} in level trim at the speed V_r", one.unit, one.measured);
                 (format!("trim_{}", one.name), words)
             })),
         ),
@@ -92,7 +92,7 @@ pub(crate) fn header(
             "used",
             members(&mut signals(references(design)).map(|one| {
                 let name = reference(one);
-                (format!("{name}_used"), format!("{}: {name} within the envelope", one.unit))
+                (format!("{name}_used"), format!("{}: {name}, limited to the envelope", one.unit))
             })),
         ),
         (
@@ -116,7 +116,7 @@ fn output(actuator: &Actuator, real: &str) -> String {
     let [least, most] = [actuator.minimum, actuator.maximum].map(|end| actuator.input_for(end).0);
     let of = match actuator.curve {
         Some(_) => {
-            format!("what it takes for {:?} to {:?} {}", actuator.minimum, actuator.maximum, actuator.unit)
+            format!("command for {:?} to {:?} {}", actuator.minimum, actuator.maximum, actuator.unit)
         }
         None => "trim and K(rho) y, limited".to_owned(),
     };
@@ -127,8 +127,8 @@ fn output(actuator: &Actuator, real: &str) -> String {
 fn stale_after(design: &ControllerDesign, upper: &str) -> String {
     let Some(failsafe) = &design.failsafe else { return String::new() };
     format!(
-        "#define {upper}_STALE_AFTER {:?} /* s: a measurement that is older, or the same for so long where it should \
-         have moved, is lost; 0 for never */",
+        "#define {upper}_STALE_AFTER {:?} /* s: an older measurement, or one constant for this time although it \
+         should have changed, is lost; 0: never */",
         failsafe.stale_after
     )
 }
@@ -142,17 +142,17 @@ fn lost_bits(design: &ControllerDesign, upper: &str) -> String {
         let name = &design.signals[signal].name;
         let holds = matches!(design.source(signal), Some(Source::Path(_))) && design.follows(signal);
         let words = match design.without(signal) {
-            Without::Speed => "it is taken to go to its filtered reference: its loop is open",
-            Without::Reckoned if holds => "it is reckoned from pitch and speed, and its reference is held",
-            Without::Reckoned => "it is reckoned from its rate",
+            Without::Speed => "the filtered reference replaces it: its loop is open",
+            Without::Reckoned if holds => "it is estimated from pitch and speed, and its reference is held",
+            Without::Reckoned => "it is estimated from its rate",
             Without::Nothing => "FAILED",
         };
         let bit = LOST_FIRST << index;
         format!("#define {upper}_LOST_{} {bit:#x}u /* {name} is lost: {words} */", name.to_ascii_uppercase())
     };
     let failed = format!(
-        "#define {upper}_FAILED 0x8u /* a sensor that nothing replaces is lost: the commands go to the safe ones, and \
-         all else holds */"
+        "#define {upper}_FAILED 0x8u /* a sensor without a substitute is lost: the commands ramp to the safe ones, \
+         and all else holds */"
     );
     lines(std::iter::once(failed).chain(measurements(design).into_iter().enumerate().map(bit)))
 }

@@ -52,15 +52,15 @@ pub fn export(design: &ControllerDesign, standing: &Standing, real: Real) -> Res
     // The sources of several designs can be linked together.
     let of_design = if design.design == DEFAULT_DESIGN { "" } else { design.design.as_str() };
     let name = squid_model_description::identifier(&format!("{} {of_design}", design.vehicle.name));
-    let libraries = library(design, real).map_or("No function of a library is called.".to_owned(), |one| {
-        format!("Of the mathematical library it {one}")
+    let libraries = library(design, real).map_or("No library function is called.".to_owned(), |one| {
+        format!("From the mathematical library it {one}")
     });
     let title = title(design);
     let (types, law) = LAW.split_once(TABLES).unwrap_or((LAW, ""));
     let source = [
         format!(
-            "/* {title} {name}.h says how it is used.\n * {libraries} Not to be edited: `squid verify --c` compares it \
-             with the certificate. */\n\n"
+            "/* {title} {name}.h explains its use.\n * {libraries} Do not edit: `squid verify --c` compares it with \
+             the certificate. */\n\n"
         ),
         named(types, &name),
         tables(design, &numbers, &name),

@@ -27,7 +27,7 @@ impl Numbers {
         }
         let speeds = &design.trim.forward_speed;
         if speeds.windows(2).any(|pair| real.nearest(pair[0]) >= real.nearest(pair[1])) {
-            return Err(ExportError::Float { what: "the difference of two rows of the trim table" });
+            return Err(ExportError::Float { what: "the difference between two rows of the trim table" });
         }
         Ok(numbers)
     }

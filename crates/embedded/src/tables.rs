@@ -393,7 +393,7 @@ impl Tables<'_> {
         let used = used.map(|(index, signal)| {
             format!("    to->{}_used = value[USED + {index}];", reference(&design.signals[*signal]))
         });
-        let monitors = ["    (void)value, (void)to; /* not every design has some */".to_owned()];
+        let monitors = ["    (void)value, (void)to; /* unused in some designs */".to_owned()];
         let put = actuators(&|index, name| format!("    to->{name} = from[{index}];"));
         let mut functions = vec![
             ("get_inputs(const autopilot_inputs *from, real *to)", lines(inputs)),

@@ -7,7 +7,7 @@ use squid_signals::{Curve, Law};
 /// Returns the first line of both files.
 pub(crate) fn title(design: &ControllerDesign) -> String {
     let title = format!(
-        "The autopilot of {} ({} coefficients), design '{}', as written by squid {}.",
+        "Autopilot of {} ({} coefficients), design '{}', written by squid {}.",
         design.vehicle.name,
         design.vehicle.status.word(),
         design.design,

@@ -28,13 +28,13 @@ pub fn together(name: &str, axes: &[Axis<'_>]) -> Source {
         |words: &str| each(&|(called, ..)| format!("    note(&result, {});", words.replace("AXIS", called)));
     let is_safe = axes.iter().all(|(_, design, _)| design.failsafe.is_some());
     let safe = format!(
-        "/* What the actuators get where a sensor is lost that nothing replaces. */\n\
-         void {name}_safe({name}_commands *out);"
+        "/* Writes the safe commands, which are output after the loss of a sensor without a substitute. */\nvoid \
+         {name}_safe({name}_commands *out);"
     );
     let parts: Vec<String> =
         axes.iter().enumerate().map(|(index, axis)| of_axis(name, index, axis)).collect();
     let fields = [
-        ("title", plain(&format!("The autopilot of {vehicle}: {}.", names.join(", ")))),
+        ("title", plain(&format!("Autopilot of {vehicle}: {}.", names.join(", ")))),
         ("about", about(&names, axes)),
         ("includes", each(&|(called, _, source)| format!("#include \"{called}/{}.h\"", source.name))),
         ("real", axes.first().map_or_else(String::new, |(.., source)| format!("{}_real", source.name))),
@@ -69,14 +69,14 @@ fn about(names: &[&str], axes: &[Axis<'_>]) -> String {
     let headers = sources.iter().map(|one| one.replace(".c", ".h")).collect::<Vec<_>>().join(", ");
     let paragraphs = [
         format!(
-            "Use: init once, reset where a flight begins, then step each tick with the newest inputs. To be compiled \
-             with {}, each of which is an axis by itself. What is refused, what is proved, and what the bits of each \
-             status are, is in {headers}.",
+            "Use: call init once, reset at the start of a mission, then step at every tick with the latest inputs. \
+             Compile it with {}, each of which contains one axis. Rejected inputs, proofs and status bits are \
+             described in {headers}.",
             sources.join(", ")
         ),
         format!(
-            "The axes of {} share their inputs, and nothing else: with any other than OK the axis that returned it \
-             has missed the tick, its last commands hold, and the other axes went on.",
+            "The axes of {} share only their inputs: an axis that does not return OK has missed the tick, and its \
+             last commands hold; the other axes continue.",
             names.join(", ")
         ),
     ];
