@@ -22,36 +22,36 @@ pub enum Error {
         reason: squid_auv::TrimError,
     },
     /// A step of a signal without a reference in the design.
-    #[error("the manoeuvre cannot be flown: {0}")]
+    #[error("the manoeuvre cannot be simulated: {0}")]
     Manoeuvre(#[from] squid_scheduled::ManoeuvreError),
     /// An invalid sea.
     #[error(transparent)]
     Sea(#[from] squid_sea::SeaError),
     /// Waves with a vehicle file that lacks the size of the hull.
     #[error(
-        "the vehicle file of {vehicle} has no [geometry], which the wave loads need: add length and diameter of the \
-            hull there, or leave [waves] out of the sea"
+        "the vehicle file of {vehicle} has no [geometry], which the wave loads require; add length and diameter of \
+            the hull there, or remove [waves] from the sea file"
     )]
     NoGeometry { vehicle: String },
     /// A sea with a design of heading only.
     #[error(
-        "a heading axis alone flies with surge, heave and pitch of {vehicle} held at trim, and so in still water: in a \
-            sea, fly a design file that also has an [[axis]] of pitch or depth, without --axis"
+        "a heading axis alone is simulated with surge, heave and pitch of {vehicle} held at trim, which requires \
+            still water; in a sea, simulate a design file that also has an [[axis]] of pitch or depth, without \
+            --axis"
     )]
     SeaOfHeading { vehicle: String },
     /// An actuator of the autopilot that the vehicle does not have.
     #[error("the autopilot commands {name}, which the vehicle does not have")]
     NoSuchActuator { name: String },
     /// An autopilot whose signals match no axis of the vehicle.
-    #[error("the autopilot of {signals} is of no axis that a vehicle has")]
+    #[error("no axis of a vehicle has the signals of the autopilot, {signals}")]
     NoSuchView { signals: String },
     /// Autopilots with different sample times.
-    #[error("the autopilots of one flight must have the same sample time; they have {one} and {other} s")]
+    #[error("the sample times of the autopilots are {one} and {other} s; they must be equal")]
     OtherSampleTime { one: f64, other: f64 },
     /// A flight that starts out of the water.
     #[error(
-        "at {depth} m, the depth at the start of the flight, the hull is out of the water: set a larger `depth` in the \
-            sea file"
+        "at the initial depth of {depth} m the hull is out of the water; set a larger `depth` in the sea file"
     )]
     AtTheSurface { depth: f64 },
     /// Failure of the autopilot to compute a tick.

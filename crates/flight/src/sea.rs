@@ -98,9 +98,9 @@ impl Sea {
         match (self.layers.steady(), &self.gauss_markov, imperfect) {
             (None, ..) => Some("a current in layers".into()),
             (_, Some(_), _) => Some("a Gauss-Markov current".into()),
-            (.., Some((signal, _))) => Some(format!("errors of the sensor of {}", signal.name)),
+            (.., Some((signal, _))) => Some(format!("errors of the {} sensor", signal.name)),
             _ if components != Waves::USUAL => {
-                Some(format!("waves of {components} components, only of {}", Waves::USUAL))
+                Some(format!("waves with {components} components, only with {}", Waves::USUAL))
             }
             _ => None,
         }

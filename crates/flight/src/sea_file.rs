@@ -9,7 +9,7 @@ use squid_sea::{Layers, SeaError, SensorErrors, Spectrum, Wandering, Waves};
 const SPECTRA: [&str; 2] = ["jonswap", "pierson-moskowitz"];
 
 /// Allowed depths, for messages.
-const DEPTH: &str = "0 or above (m)";
+const DEPTH: &str = "at least 0 (m)";
 
 impl Sea {
     /// Reads and checks the text of a sea file; `file` is its name in messages.
@@ -25,7 +25,7 @@ impl Sea {
 
 fn sea(root: &Table<'_>) -> Option<Sea> {
     root.allow_only(&["seed", "depth", "waves", "current", "gauss_markov", "sensor", "bottom"]);
-    let seed = root.whole("seed", |_| true, "0 or above: another seed is another sea of the same kind");
+    let seed = root.whole("seed", |_| true, "an integer of at least 0");
     let depth = root.has("depth").then(|| root.number("depth", |depth| depth >= 0.0, DEPTH));
     let waves = root.table("waves").map(|table| WaveParameters::of(&table, &["components"]));
     let current = current(root.table("current").as_ref());
@@ -48,13 +48,13 @@ fn sea(root: &Table<'_>) -> Option<Sea> {
 /// Reads the bottom: its depth at the start, and its slopes.
 fn bottom(table: &Table<'_>) -> Option<Bottom> {
     table.allow_only(&["depth", "slope_north", "slope_east"]);
-    let depth = required(table, "depth", "depth of the bottom where flights start (m)");
+    let depth = required(table, "depth", "the depth of the bottom at the initial position (m)");
     let slope = |key: &str| table.or(key, 0.0, |table, key| table.number(key, |v| v.abs() <= 1.0, SLOPES));
     let (north, east) = (slope("slope_north"), slope("slope_east"));
     Some(Bottom { depth: depth?, north: north?, east: east? })
 }
 
-const SLOPES: &str = "a number from -1 to 1, how much deeper the bottom is for each metre";
+const SLOPES: &str = "a number from -1 to 1, the increase of bottom depth per metre";
 
 /// Returns an optional value, absent or valid; `None` if it is present but invalid.
 fn absent_or_valid<T>(found: Option<Option<T>>) -> Option<Option<T>> {
@@ -82,8 +82,7 @@ fn report_at_key<T>(table: &Table<'_>, result: Result<T, SeaError>) -> Option<T>
             "period",
             format!("{} s", number(period)),
             format!(
-                "at least {least_period:.2} s for a height of {} m: steeper waves, beyond {limit:.3} of their length, \
-                 break",
+                "at least {least_period:.2} s for a height of {} m (waves break beyond a steepness of {limit:.3})",
                 number(height)
             ),
         ),
@@ -99,20 +98,20 @@ impl WaveParameters {
         let peaked = table.one_of("spectrum", &SPECTRA).map(|index| index == 0);
         let height = required(table, "height", "significant height Hs (m)");
         let period = required(table, "period", "peak period Tp (s)");
-        let heading = required(table, "heading", "direction of the waves (deg), 180 for a head sea");
+        let heading = required(table, "heading", "direction of the waves (deg; 180 for a head sea)");
         let gamma = match peaked {
-            Some(true) => required(table, "gamma", "height of the peak, 3.3 on average"),
+            Some(true) => required(table, "gamma", "peak enhancement factor, 3.3 on average"),
             _ => Some(1.0),
         };
         if peaked == Some(false) && table.has("gamma") {
             table.not_allowed(
                 "gamma",
                 "given",
-                "left out: the spectrum of Pierson and Moskowitz has no such peak",
+                "omitted, because the Pierson-Moskowitz spectrum has no peak enhancement",
             );
         }
         let components = table.or("components", Waves::USUAL, |table, key| {
-            table.whole(key, |_| true, "number of wave components")
+            table.whole(key, |_| true, "the number of wave components")
         });
         let (height, period, gamma) = (height?, period?, gamma?);
         let (heading, components) = (heading?, components?);
@@ -130,7 +129,7 @@ fn current(table: Option<&Table<'_>>) -> Option<(Layers, f64)> {
     let vertical = velocity(table, "vertical");
     let layers = if table.has("layers") {
         if table.has("horizontal") {
-            table.not_allowed("horizontal", "given", "left out beside 'layers', which give it at each depth");
+            table.not_allowed("horizontal", "given", "omitted if 'layers' are given");
         }
         table.pairs("layers", Layers::ALLOWED)
     } else {
@@ -140,8 +139,8 @@ fn current(table: Option<&Table<'_>>) -> Option<(Layers, f64)> {
     if let Some([_, velocity]) = layers.iter().find(|[_, velocity]| !is_current(*velocity)) {
         table.not_allowed(
             "layers",
-            format!("{velocity} m/s at one depth"),
-            format!("at each depth {CURRENTS}"),
+            format!("{velocity} m/s at a depth"),
+            format!("{CURRENTS} at each depth"),
         );
         return None;
     }
@@ -159,8 +158,8 @@ fn gauss_markov(table: &Table<'_>) -> Option<Wandering> {
     table.allow_only(&["mu", "noise", "min", "max"]);
     let mu = required(table, "mu", "inverse of the correlation time (1/s)");
     let noise = required(table, "noise", "density of the driving noise (m/s per sqrt(s))");
-    let min = required(table, "min", "lower bound of its part of the current (m/s)");
-    let max = required(table, "max", "upper bound of its part of the current (m/s)");
+    let min = required(table, "min", "lower bound of the random part of the current (m/s)");
+    let max = required(table, "max", "upper bound of the random part of the current (m/s)");
     let parameters = Wandering { mu: mu?, noise: noise?, min: min?, max: max? };
     report_at_key(table, parameters.check())?;
     Some(parameters)
@@ -173,7 +172,12 @@ fn sensors(tables: &[Table<'_>]) -> Option<Vec<SensorErrors>> {
         table.allow_only(&["signal", "unit", "noise", "bias", "quantum", "rate", "delay"]);
         match sensor(table) {
             Some((index, _)) if seen.contains(&index) => {
-                table.not_allowed("signal", "there already", "another one: each signal has one sensor");
+                table.not_allowed(
+                    "signal",
+                    "already listed",
+                    "a signal without a sensor so far, because each signal \
+                    has one sensor",
+                );
             }
             Some((index, errors)) => {
                 seen.push(index);
