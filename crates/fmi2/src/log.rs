@@ -37,10 +37,12 @@ impl Category {
 
     fn description(self) -> &'static str {
         match self {
-            Self::Discard => "what has no value here: an integrator may take a shorter step",
-            Self::Warning => "warnings: the result may be doubtful",
-            Self::Error => "refused calls and failed computations, always logged",
-            Self::Fatal => "defects of the FMU, always logged",
+            Self::Discard => {
+                "results that could not be computed; an integrator may retry with a shorter step"
+            }
+            Self::Warning => "warnings: results may be inaccurate",
+            Self::Error => "rejected calls and failed computations, always logged",
+            Self::Fatal => "defects in the FMU, always logged",
         }
     }
 

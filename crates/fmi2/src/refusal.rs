@@ -24,81 +24,85 @@ pub struct LoadError(#[source] pub(crate) Box<dyn std::error::Error + Send + Syn
 pub enum Refusal {
     #[error("may not be called in state '{phase}'")]
     IllegalCall { phase: &'static str },
-    #[error("may not be called at all: it belongs to {needed}, and the instance was made for {interface}")]
+    #[error("may not be called: it belongs to {needed}, but the instance was created for {interface}")]
     OtherInterface { needed: &'static str, interface: &'static str },
     #[error("the pointer '{argument}' is NULL")]
     NullPointer { argument: &'static str },
     #[error("the pointer '{argument}' cannot point to {count} elements")]
     BadArray { argument: &'static str, count: usize },
-    #[error("the text '{argument}' is not UTF-8")]
+    #[error("the string '{argument}' is not UTF-8")]
     NotUnicode { argument: &'static str },
-    #[error("there is no variable with value reference {reference}, only 0 .. {}", count.saturating_sub(1))]
+    #[error(
+        "there is no variable with value reference {reference}; value references are 0 to {}",
+        count.saturating_sub(1)
+    )]
     UnknownReference { reference: u32, count: usize },
     #[error("variable '{name}' is not of type {wanted}")]
     WrongType { name: String, wanted: &'static str },
     #[error("variable '{name}' may not be set in state '{phase}'")]
     NotSettable { name: String, phase: &'static str },
-    #[error("variable '{name}' cannot be set to {}, only to finite numbers", Number(*value))]
+    #[error("variable '{name}' cannot be set to {}; only finite numbers are allowed", Number(*value))]
     NotFinite { name: String, value: f64 },
-    #[error("variable '{name}' cannot be set to {value}, only to 1 .. {last}")]
+    #[error("variable '{name}' cannot be set to {value}; only 1 to {last} are allowed")]
     NoSuchItem { name: String, value: i32, last: i32 },
-    #[error("the tunable parameters stay as they were: {reason}")]
+    #[error("the tunable parameters are unchanged: {reason}")]
     NotTuned { reason: String },
     #[error(
-        "start time {} s, stop time {} s and tolerance {} make no experiment",
+        "start time {} s, stop time {} s and tolerance {} do not define an experiment",
         Number(*start), Number(*stop), Number(*tolerance)
     )]
     BadExperiment { start: f64, stop: f64, tolerance: f64 },
-    #[error("the step size is {} s, but must be above 0 and at most {}", Number(*size), Number(*longest))]
+    #[error("the step size is {} s; it must be above 0 and at most {}", Number(*size), Number(*longest))]
     BadStepSize { size: f64, longest: f64 },
-    #[error("a step of {} s does not move the time {} s", Number(*size), Number(*time))]
+    #[error("a step of {} s is too small to change the time {} s", Number(*size), Number(*time))]
     StepTooShort { size: f64, time: f64 },
     #[error(
-        "the step starts at {} s, but the last one ended at {} s",
+        "the step starts at {} s, but the previous one ended at {} s",
         Number(*given), Number(*expected)
     )]
     WrongCommunicationPoint { given: f64, expected: f64 },
     #[error("the step ends at {} s, after the stop time {} s", Number(*end), Number(*stop))]
     BeyondStopTime { end: f64, stop: f64 },
-    #[error("the time is {} s, but must be finite", Number(*time))]
+    #[error("the time is {} s; it must be finite", Number(*time))]
     BadTime { time: f64 },
-    #[error("{found} numbers are given, but there are {expected} {what}")]
+    #[error("the number of values is {found}; the number of {what} is {expected}")]
     WrongCount { what: &'static str, found: usize, expected: usize },
-    #[error("{what} '{name}' is {} here", Number(*value))]
+    #[error("{what} '{name}' is {}", Number(*value))]
     Undefined { what: &'static str, name: String, value: f64 },
     #[error(
-        "no derivative by variable '{name}' can be asked for in state '{phase}', only by {}",
-        if *initial { "inputs, for states follow from them" } else { "inputs and states" }
+        "derivatives with respect to variable '{name}' are not available in state '{phase}', only those with respect \
+            to {}",
+        if *initial { "inputs, because states follow from them" } else { "inputs and states" }
     )]
     NotKnown { name: String, phase: &'static str, initial: bool },
     #[error(
-        "derivatives by parameters, such as '{name}', are not computed; set another value before the initialization, \
+        "derivatives with respect to parameters, such as '{name}', are not available; initialize with another value \
          and take the difference"
     )]
     ByParameter { name: String },
     #[error(
-        "no derivative of variable '{name}' can be asked for, only of outputs, states and their derivatives"
+        "derivatives of variable '{name}' are not available, only those of outputs, states and their derivatives"
     )]
     NotUnknown { name: String },
-    #[error("variable '{name}' is no output")]
+    #[error("variable '{name}' is not an output")]
     NotOutput { name: String },
-    #[error("variable '{name}' cannot be interpolated: it is no continuous input")]
+    #[error("variable '{name}' cannot be interpolated: it is not a continuous input")]
     NotInterpolated { name: String },
-    #[error("the derivative of order {order} of variable '{name}' is not known, only that of order 1")]
+    #[error("the derivative of order {order} of variable '{name}' is not available, only that of order 1")]
     BadOrder { name: String, order: i32 },
     #[error(transparent)]
     BadState(#[from] StateError),
     #[error("the state belongs to an FMU with another GUID")]
     ForeignState,
-    #[error("the state is that of an instance made for {found}, and this one was made for {interface}")]
+    #[error("the state is that of an instance created for {found}; this one was created for {interface}")]
     OtherInterfaceState { found: &'static str, interface: &'static str },
-    #[error("the buffer has {found} bytes, but the state needs {expected}")]
+    #[error("the buffer has {found} bytes; the state requires {expected}")]
     BufferTooSmall { found: usize, expected: usize },
     #[error("log category '{category}' is unknown")]
     UnknownCategory { category: String },
-    #[error("is not supported: the model description says {flag}")]
+    #[error("is not supported: the model description has {flag}")]
     Unsupported { flag: &'static str },
-    #[error("the instance name is empty")]
+    #[error("the instance name must not be empty")]
     EmptyName,
     #[error("the FMU type {given} is not supported, only {supported}")]
     WrongFmuType { given: i32, supported: &'static str },
@@ -106,7 +110,7 @@ pub enum Refusal {
         "the FMU was packed without {interface}; `squid package --kind both` packs it with all interfaces"
     )]
     InterfaceNotPacked { interface: &'static str },
-    #[error("the resource location is NULL, but the model reads its design from there")]
+    #[error("the resource location is NULL, but the model reads its design from the resources")]
     NoResourceLocation,
     #[error(transparent)]
     BadResourceLocation(#[from] UriError),
@@ -115,7 +119,7 @@ pub enum Refusal {
     #[error(transparent)]
     BadDescription(#[from] LoadError),
     #[error(
-        "the GUID is '{given}', but binary and resources belong to '{expected}': they are of another FMU, or a \
+        "the GUID is '{given}', but binary and resources belong to '{expected}': they come from another FMU, or a \
             file in resources was changed or added"
     )]
     WrongGuid { given: String, expected: String },

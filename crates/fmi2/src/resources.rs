@@ -24,7 +24,7 @@ pub enum ResourceError {
     #[error("resources/{name} is missing")]
     Missing { name: String },
     /// A text file that is not UTF-8.
-    #[error("resources/{name} is not UTF-8 text from byte {valid_up_to} on")]
+    #[error("resources/{name} is not UTF-8 (from byte {valid_up_to})")]
     NotText { name: String, valid_up_to: usize },
 }
 

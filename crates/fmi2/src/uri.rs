@@ -10,11 +10,11 @@ pub enum UriError {
     #[error("the resource location '{uri}' is not a file URI such as file:///path/resources")]
     NotFile { uri: String },
     /// A remote host.
-    #[error("the resource location '{uri}' names the host '{host}'; only local files can be read")]
+    #[error("the resource location '{uri}' has the host '{host}'; only local files can be read")]
     Remote { uri: String, host: String },
     /// A `%` that is not followed by two hexadecimal digits, or bytes that are not UTF-8, in a path that does not exist
     /// without decoding.
-    #[error("the resource location '{uri}' has a broken percent-encoding")]
+    #[error("the resource location '{uri}' has an invalid percent-encoding")]
     BadEncoding { uri: String },
 }
 

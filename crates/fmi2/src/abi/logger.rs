@@ -36,7 +36,7 @@ impl Logger {
     }
 
     pub(crate) fn fatal(&self, function: &str, message: &str) {
-        let text = format!("{function}: a defect of the FMU stopped the call ({message}).");
+        let text = format!("{function}: the call failed because of a defect in the FMU ({message}).");
         self.send(Status::Fatal, Category::Fatal, &text);
     }
 

@@ -27,19 +27,19 @@ pub(crate) fn identity(guid: &str) -> Identity {
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StateError {
     /// A number of bytes other than the length in the state.
-    #[error("the state has {found} bytes, but should have {expected}")]
+    #[error("the state has {found} bytes; it must have {expected}")]
     Length { found: usize, expected: u64 },
     /// First bytes other than those of a state of this library.
-    #[error("the bytes are no state that this tool has written")]
+    #[error("the bytes are not a state written by this FMU")]
     NotAState,
     /// Another version of the layout.
-    #[error("the state has version {found}, but only version {VERSION} can be read")]
+    #[error("the state has version {found}; only version {VERSION} is supported")]
     Version { found: u32 },
     /// The state of another FMU.
     #[error("the state belongs to an FMU with another GUID")]
     OtherFmu,
     /// Bytes that have changed since the state was written.
-    #[error("the state is damaged: its checksum does not fit")]
+    #[error("the state is corrupt: its checksum does not match")]
     Damaged,
     /// An undamaged state with inconsistent content.
     #[error("the state is inconsistent: {what}")]
@@ -175,7 +175,7 @@ impl<'a> StateReader<'a> {
     pub(crate) fn finish(self) -> Result<(), StateError> {
         match self.rest.len() {
             0 => Ok(()),
-            left => Err(StateError::inconsistent(format_args!("{left} bytes are left over"))),
+            left => Err(StateError::inconsistent(format_args!("it has {left} surplus bytes"))),
         }
     }
 
@@ -186,7 +186,7 @@ impl<'a> StateReader<'a> {
 
     fn take(&mut self, count: usize) -> Result<&'a [u8], StateError> {
         let Some((taken, rest)) = self.rest.split_at_checked(count) else {
-            return Err(StateError::inconsistent(format_args!("{count} more bytes are missing")));
+            return Err(StateError::inconsistent(format_args!("it ends {count} bytes too early")));
         };
         self.rest = rest;
         Ok(taken)
@@ -203,7 +203,7 @@ impl SavedState for StateReader<'_> {
         if value.is_finite() {
             return Ok(());
         }
-        Err(StateError::inconsistent(format_args!("it holds the number {value}")))
+        Err(StateError::inconsistent(format_args!("it contains the number {value}")))
     }
 
     fn integer(&mut self, value: &mut u64) -> Result<(), StateError> {
@@ -215,7 +215,7 @@ impl SavedState for StateReader<'_> {
         *value = match self.array()? {
             [0] => false,
             [1] => true,
-            [other] => return Err(StateError::inconsistent(format_args!("the truth value {other}"))),
+            [other] => return Err(StateError::inconsistent(format_args!("the boolean {other}"))),
         };
         Ok(())
     }
