@@ -300,7 +300,7 @@ fn sizes(loops: &[LimitedLoop]) -> Result<DVector<f64>, SynthesisError> {
         let pushed = b * diagonal(limits.iter().copied());
         let noise = &pushed * pushed.transpose() + region * region.transpose();
         let gramian = lyapunov(&a.transpose(), &noise)
-            .ok_or_else(|| SynthesisError::numerical(STAGE, "a loop without limits is not stable"))?;
+            .ok_or_else(|| SynthesisError::numerical(STAGE, "the loop without limits is unstable"))?;
         variances = variances.zip_map(&gramian.diagonal(), f64::max);
     }
     let floor = 1e-12 * variances.max().max(f64::MIN_POSITIVE);

@@ -8,7 +8,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SystemError {
     /// A matrix of a partitioned system that does not fit the others.
-    #[error("{name} is {} x {}, it must be {} x {}", found.0, found.1, expected.0, expected.1)]
+    #[error("{name} is {} x {}; it must be {} x {}", found.0, found.1, expected.0, expected.1)]
     Shape {
         /// The name of the matrix in the partition.
         name: &'static str,
@@ -23,10 +23,10 @@ pub enum SystemError {
     #[error("there are no samples to fit")]
     NoSamples,
     /// Too few different parameter values: a polynomial of order d needs d + 1.
-    #[error("{samples} different parameter values do not determine a polynomial of order {order}")]
+    #[error("{samples} different parameter values are too few for a polynomial of order {order}")]
     TooFewSamples { samples: usize, order: usize },
     /// Samples of different shapes.
-    #[error("the sample at rho = {rho} is {found:?}, the first is {expected:?}")]
+    #[error("the shape of the sample at rho = {rho} is {found:?}; that of the first is {expected:?}")]
     UnlikeShapes { rho: f64, expected: (usize, usize), found: (usize, usize) },
     /// A number that makes a weight improper, unstable or infinite.
     #[error("{name} {index} is {found}; it must be {allowed}")]
@@ -38,28 +38,29 @@ pub enum SystemError {
         allowed: &'static str,
     },
     /// A plant of a sampled loop with parameters.
-    #[error("the plant has {channels} channels of parameters; freeze it at a value first")]
+    #[error("the plant has parameter channels ({channels}); freeze the parameters first")]
     Scheduled { channels: usize },
     /// A sample time that is not positive and finite.
-    #[error("the sample time is {found}; it must be above 0 and finite")]
+    #[error("the sample time is {found:?}; it must be above 0 and finite")]
     SampleTime { found: f64 },
     /// A direct path from the commands to the sampled output, which would jump.
     #[error(
-        "the plant has a direct path D22 from u to y, which jumps when it is sampled; put a lag into the measurements \
-         or the controls"
+        "the plant has a direct path D22 from u to y, which is discontinuous when sampled; add a lag to the \
+         measurements or the controls"
     )]
     DirectPath,
     /// Excessive rounding in a sampled loop, which grows with each doubling of the time.
     #[error(
-        "over one sample the plant and its worst input change by a factor of {size:.1e}, too much to compute: \
-         leave out what is faster than a millionth of the sample time, or scale w, z and the states alike"
+        "over one sample the plant and its worst input change by a factor of {size:.1e}, which is numerically \
+         intractable; remove dynamics faster than a millionth of the sample time, or scale w, z and the states to \
+         similar magnitudes"
     )]
     Stiff { size: f64 },
     /// A number of parameters other than one for the ladder of gammas.
-    #[error("the plant depends on {found} parameters, the ladder of gammas is for one")]
+    #[error("the plant depends on {found} parameters; the comparison of gammas requires one")]
     NotOneParameter { found: usize },
     /// A grid of the ladder without both ends.
-    #[error("{found} samples of the closed loop are too few, at least 2 are needed")]
+    #[error("at least 2 samples of the closed loop are required, found {found}")]
     TooFewPoints { found: usize },
     /// A parameter value outside the normalised range.
     #[error("theta = {theta} is outside [-1, 1]")]
@@ -72,8 +73,7 @@ pub enum SystemError {
 pub enum SynthesisError {
     /// A mode that is neither stable nor controllable from any control.
     #[error(
-        "the plant cannot be stabilised: the mode at {:.4} {:+.4}i is not reached by any control \
-         input", shown(*re), shown(*im)
+        "the plant cannot be stabilised: no control input acts on the mode at {:.4} {:+.4}i", shown(*re), shown(*im)
     )]
     NotStabilisable {
         /// Real part of the mode, rad/s.
@@ -82,8 +82,7 @@ pub enum SynthesisError {
         im: f64,
     },
     /// A mode that is neither stable nor observable from any measurement.
-    #[error("the plant cannot be stabilised: the mode at {:.4} {:+.4}i is not seen in any \
-        measurement", shown(*re), shown(*im))]
+    #[error("the plant cannot be stabilised: no measurement depends on the mode at {:.4} {:+.4}i", shown(*re), shown(*im))]
     NotDetectable {
         /// Real part of the mode, rad/s.
         re: f64,
@@ -92,28 +91,28 @@ pub enum SynthesisError {
     },
     /// A plant that no single Lyapunov function shows to be stabilisable for every trajectory of the parameters.
     #[error(
-        "no quadratic Lyapunov function common to all values of the parameters, with these scalings, shows that a \
-         control stabilises the plant for every trajectory of them; another kind of controller may exist; narrow the \
-         range of the parameters, reach what they drive, or bound their rate"
+        "no quadratic Lyapunov function common to all parameter values, with these scalings, shows that a control \
+         stabilises the plant for every parameter trajectory (another kind of controller may exist); narrow the \
+         parameter range, add actuators, or bound the rate of the parameters"
     )]
     NotQuadraticallyStabilisable,
     /// The dual of [`Self::NotQuadraticallyStabilisable`], for the measurements.
     #[error(
-        "no quadratic Lyapunov function common to all values of the parameters, with these scalings, shows that an \
-         observer follows the plant for every trajectory of them; another kind of controller may exist; narrow the \
-         range of the parameters, measure what they drive, or bound their rate"
+        "no quadratic Lyapunov function common to all parameter values, with these scalings, shows that an observer \
+         converges for every parameter trajectory (another kind of controller may exist); narrow the parameter \
+         range, add measurements, or bound the rate of the parameters"
     )]
     NotQuadraticallyDetectable,
     /// A direct path from w to z, with which the H2 norm of the loop is infinite.
-    #[error("D11 has an entry of {largest:.4e}; it must be zero for a finite H2 norm: filter z, w or both")]
+    #[error("D11 has an entry of {largest:.4e}; it must be zero for a finite H2 norm (filter z, w or both)")]
     H2DirectPath {
         /// The largest magnitude of an entry.
         largest: f64,
     },
     /// A D12 without full column rank or a D21 without full row rank.
     #[error(
-        "a combination of the controls has no weight in z, or one of the measurements no noise in w; the H2-optimal \
-         controller needs D12 of full column rank and D21 of full row rank"
+        "a combination of controls has no weight in z, or a combination of measurements has no noise in w; the \
+         H2-optimal controller requires full column rank of D12 and full row rank of D21"
     )]
     Singular,
     /// A proof of the solver that no gamma is feasible.
@@ -137,8 +136,8 @@ pub enum SynthesisError {
     /// A controller whose fastest mode, on a grid of the parameters, is above the limit. This does not prove that every
     /// controller is too fast: only some of those that keep gamma were tried.
     #[error(
-        "every controller found has a mode {ratio:.3} times as fast as the limit allows, also with the \
-         back-off raised, and whether there is a slower one is not known; raise the limit or relax the weights"
+        "every controller found, also with a larger back-off, has a mode {ratio:.3} times as fast as the limit; a \
+         slower controller may or may not exist; raise the limit or relax the weights"
     )]
     TooFast {
         /// The fastest mode of the last controller tried, relative to the limit.
@@ -146,9 +145,8 @@ pub enum SynthesisError {
     },
     /// Controllers for the plant without D22, but none found whose loop with D22 is well posed.
     #[error(
-        "the direct path D22 from u to y makes every controller found ill posed: I + Duy D22 of the controller \
-         for the plant without D22 is singular within the box of the parameters; put a lag into the \
-         measurements or the controls of the plant"
+        "with the direct path D22 from u to y the loop of every controller found is not well posed: I + Duy D22 is \
+         singular within the parameter box; add a lag to the measurements or the controls of the plant"
     )]
     NotWellPosed,
     /// A numerical failure: the solver stopped without a valid answer.
@@ -168,8 +166,8 @@ impl SynthesisError {
     /// Returns the error if no controller within the limit was found but none is excluded.
     pub(crate) fn undecided(gamma: f64, lower: f64, limit: f64) -> Self {
         let diagnosis = format!(
-            "the least gamma found is {gamma:.6e}, above the limit {limit:.6e}, but only below {lower:.6e} is it \
-             shown that there is none"
+            "the least gamma found, {gamma:.6e}, is above the limit {limit:.6e}, but infeasibility is shown only \
+             below {lower:.6e}"
         );
         Self::numerical("limit of gamma", diagnosis)
     }
@@ -203,7 +201,7 @@ fn shown(v: f64) -> f64 {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum RateError {
     /// An empty list of samples.
-    #[error("there are no samples of the system")]
+    #[error("no samples of the system are given")]
     NoSamples,
     /// Samples that are not in ascending order of the parameter.
     #[error("the sample at theta = {theta} is not above the previous one")]
@@ -212,7 +210,7 @@ pub enum RateError {
     #[error("the sample at theta = {theta}: {source}")]
     Shape { theta: f64, source: SystemError },
     /// A negative bound on the rate.
-    #[error("the bound on the rate of the parameter is {rate}, it must be zero or more")]
+    #[error("the bound on the rate of the parameter is {rate:?}; it must be at least zero")]
     NegativeRate { rate: f64 },
     /// A system that is unstable at a constant parameter, which has no finite gain.
     #[error("the system at theta = {theta} has a mode with real part {re:.3e}")]

@@ -21,7 +21,7 @@ pub fn block(rows: &[&[&Mat]]) -> Mat {
     for (row, height) in rows.iter().zip(&heights) {
         let mut left = 0;
         for (b, width) in row.iter().zip(&widths) {
-            debug_assert_eq!(b.shape(), (*height, *width), "blocks of unlike shape");
+            debug_assert_eq!(b.shape(), (*height, *width), "blocks of different shapes");
             out.view_mut((top, left), b.shape()).copy_from(b);
             left += width;
         }

@@ -186,8 +186,8 @@ pub fn bound(
     given_loop(&closed).map_err(|part| SynthesisError::numerical(STAGE, format!("{NOT_BOUNDED} {part:.2}")))
 }
 
-const NOT_BOUNDED: &str = "the gains are stable at frozen parameters, but no bound for every trajectory was found; the \
-    largest part of the parameters' box with one is";
+const NOT_BOUNDED: &str = "the gains are stable at frozen parameters, but no bound was found for every trajectory; \
+    the largest fraction of the parameter box with a bound is";
 
 /// The relative slack of a bound above the norm without parameters.
 const SLACK: f64 = 0.01;
@@ -220,8 +220,8 @@ const AS_GOOD: f64 = 1e-3;
 
 const STAGE: &str = "controller of fixed structure";
 
-const NONE_STABLE: &str = "found no gains for which the loop is stable at every frozen parameter; there may be some: \
-    give gains to start from that are closer to such a loop";
+const NONE_STABLE: &str = "gave no gains for which the loop is stable at every frozen parameter; such gains may \
+    exist: give initial gains closer to a stable loop";
 
 /// Returns the frozen parameters of the objective.
 fn frozen_parameters(plant: &GeneralisedPlant) -> Vec<Vec<f64>> {

@@ -72,7 +72,7 @@ pub fn bounded_gain(
     Err(SynthesisError::numerical(
         STAGE,
         format!(
-            "at gamma = {:.4e} an eigenvalue of the inequalities has the wrong sign, {:.1e}{why}",
+            "at gamma = {:.4e} an eigenvalue of the inequalities, {:.1e}, has the wrong sign{why}",
             best.gamma, best.largest_eigenvalue
         ),
     ))

@@ -90,7 +90,10 @@ impl<'a> Grid<'a> {
     pub(crate) fn start(&self) -> Result<Start, RateError> {
         let systems: Vec<&StateSpace> = self.samples.iter().map(|(_, s)| s).collect();
         let (x, hankel) = middle_of_gramians(&systems).ok_or_else(|| {
-            SynthesisError::numerical(STAGE, "the gramians of the samples have no positive definite mean")
+            SynthesisError::numerical(
+                STAGE,
+                "the mean of the Gramians of the samples is not positive definite",
+            )
         })?;
         let frozen = systems.iter().map(|s| s.hinf_norm().value).fold(0.0, f64::max);
         Ok(Start { x, gamma: frozen.max(hankel), shows: false })

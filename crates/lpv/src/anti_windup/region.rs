@@ -113,7 +113,7 @@ pub struct Region {
 /// Returns [`SynthesisError::Infeasible`] if no step is proved, for any size; [`SynthesisError::Numerical`].
 pub fn largest_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
     if let Some(j) = of.limits.iter().position(|limit| limit.is_nan() || *limit <= 0.0) {
-        let diagnosis = format!("limit {j} is {}, must be above 0", of.limits[j]);
+        let diagnosis = format!("limit {j} is {}; it must be above 0", of.limits[j]);
         return Err(SynthesisError::numerical(STAGE, diagnosis));
     }
     fastest(&Flow::of(of, false)?)
@@ -135,7 +135,7 @@ pub fn every_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
 fn fastest(flow: &Flow<'_>) -> Result<Region, SynthesisError> {
     let slowest = -spectral_abscissa(&flow.part(0, 0));
     if slowest.is_nan() || slowest <= 0.0 {
-        return Err(SynthesisError::numerical(STAGE, "the loop without limits is not stable"));
+        return Err(SynthesisError::numerical(STAGE, "the loop without limits is unstable"));
     }
     let mut best: Result<Region, SynthesisError> = Err(SynthesisError::Infeasible { stage: STAGE });
     for decay in DECAYS.map(|part| part * slowest) {
@@ -209,7 +209,7 @@ impl<'a> Flow<'a> {
         if limited.len() < of.rates.len() {
             return Err(SynthesisError::numerical(
                 STAGE,
-                "a state with a limited rate is not part of the loop",
+                "a state with a limited rate does not belong to the loop",
             ));
         }
         let rates = moved.select_rows(&limited);
@@ -283,8 +283,9 @@ impl<'a> Flow<'a> {
         let c = block(&[&[&(rooted * self.part(1, 0))], &[&(inverse * self.part(2, 0))]]);
         let d = Mat::zeros(c.nrows(), b.ncols());
         let system = StateSpace { a: self.part(0, 0), b, c, d };
-        let (x, _) = middle_of_gramians(&[&system])
-            .ok_or_else(|| SynthesisError::numerical(STAGE, "the gramians have no positive definite mean"))?;
+        let (x, _) = middle_of_gramians(&[&system]).ok_or_else(|| {
+            SynthesisError::numerical(STAGE, "the mean of the Gramians is not positive definite")
+        })?;
         let (inverse, state) = roots(&x);
         Ok((state, inverse))
     }
@@ -297,7 +298,7 @@ impl<'a> Flow<'a> {
         let by_commands = (self.part(0, 2) * half * 2.0).remove_columns(self.commands(), self.of.rates.len());
         let pushed = block(&[&[&by_commands, &(&self.x_held * self.unit)]]);
         let gramian = lyapunov(&self.part(0, 0).transpose(), &(&pushed * pushed.transpose()))
-            .ok_or_else(|| SynthesisError::numerical(STAGE, "the loop without limits is not stable"))?;
+            .ok_or_else(|| SynthesisError::numerical(STAGE, "the loop without limits is unstable"))?;
         Ok(gramian.diagonal().rows(gramian.nrows() - nk, nk).map(|v| 0.5 * largest * v.max(0.0).sqrt()))
     }
 

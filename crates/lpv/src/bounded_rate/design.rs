@@ -114,7 +114,7 @@ fn frozen(plant: &GeneralisedPlant, count: usize) -> Result<Vec<(f64, Generalise
 pub fn least_gamma(plant: &GeneralisedPlant, options: SlowOptions) -> Result<Least, SynthesisError> {
     let ways = ways(plant, &place_of(plant), options)?;
     // The list is in ascending order, and not empty.
-    ways.first().copied().ok_or_else(|| SynthesisError::numerical(STAGE, "nothing was tried"))
+    ways.first().copied().ok_or_else(|| SynthesisError::numerical(STAGE, "no controller was attempted"))
 }
 
 /// Returns the least gamma for each choice of the varying matrices, ascending; at least one.
@@ -165,7 +165,9 @@ pub fn synthesise(plant: &GeneralisedPlant, options: SlowOptions) -> Result<Slow
             Err(e) => failure = failure.or(Some(e)),
         }
     }
-    best.ok_or_else(|| failure.unwrap_or_else(|| SynthesisError::numerical(STAGE, "nothing was tried")))
+    best.ok_or_else(|| {
+        failure.unwrap_or_else(|| SynthesisError::numerical(STAGE, "no controller was attempted"))
+    })
 }
 
 /// Builds the controller above a least gamma.
@@ -199,7 +201,7 @@ fn family(
         let found = central(&frozen, &pair.x.evaluate(theta), &pair.y.evaluate(theta), varying);
         found.map(|found| (theta, found)).ok_or_else(|| {
             let diagnosis =
-                format!("no controller in closed form at theta = {theta}: X, Y, D12 or D21 is singular");
+                format!("no closed-form controller at theta = {theta}: X, Y, D12 or D21 is singular");
             SynthesisError::numerical(STAGE, diagnosis)
         })
     });
@@ -258,7 +260,7 @@ fn simplest(
     by_loop_bounds(plant, &controllers, rate, gamma).ok_or_else(|| {
         SynthesisError::numerical(
             STAGE,
-            "no LFT through the controllers keeps their gain; try a larger back-off",
+            "no LFT that interpolates the controllers preserves their gain; try a larger back-off",
         )
     })
 }

@@ -57,7 +57,9 @@ pub fn finished(closed: &ClosedLoop, rate: f64) -> Result<SlowBound, RateError> 
             Ok(least) if least.gamma >= most => break,
             Ok(least) => match search.between(&least, most) {
                 Some(found) => best = Some(found),
-                None => failure = numerical(format!("order {order} holds only at {SAMPLES} values of theta")),
+                None => {
+                    failure = numerical(format!("order {order} holds only at the {SAMPLES} samples of theta"))
+                }
             },
             Err(unstable @ RateError::Unstable { .. }) => return Err(unstable),
             Err(e) => failure = e,

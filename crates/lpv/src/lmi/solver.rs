@@ -85,7 +85,7 @@ pub fn solve(
     match best {
         Some(best) if best.gap <= search.tolerance || search.start.is_some() || !search.patient => Ok(best),
         best if search.quick => best.ok_or_else(|| {
-            SynthesisError::numerical(stage, "no point was found, and no other solver was tried")
+            SynthesisError::numerical(stage, "no feasible point was found, and no other solver was tried")
         }),
         Some(best) if costs.len() > MOST_UNKNOWNS => Ok(best),
         best => general(program, stage, best),

@@ -48,7 +48,7 @@ pub struct Structure(Vec<Block>);
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StructureError {
     /// A block without rows or columns.
-    #[error("block {number} is empty; a block has at least one row and one column")]
+    #[error("block {number} is empty; a block must have at least one row and one column")]
     EmptyBlock {
         /// The number of the block, from 1.
         number: usize,
@@ -58,8 +58,8 @@ pub enum StructureError {
     NoBlock,
     /// A block that is not in the usual notation [-r, 0], [r, 0] or [p, q].
     #[error(
-        "block {number} is [{}, {}]; a block is [-r, 0] (a real scalar repeated r times), [r, 0] (a complex \
-         one) or [p, q] (a full complex block)",
+        "block {number} is [{}, {}]; it must be [-r, 0] (a real scalar repeated r times), [r, 0] (a complex one) or \
+         [p, q] (a full complex block)",
         found.0,
         found.1
     )]

@@ -55,7 +55,7 @@ pub enum SweepError {
     #[error(transparent)]
     Structure(#[from] StructureError),
     /// A part of the frequency axis that the intervals do not cover.
-    #[error("the bound could not be shown {} rad/s", range(*from, *to))]
+    #[error("the bound could not be verified {} rad/s", range(*from, *to))]
     Stuck { from: f64, to: f64 },
 }
 

@@ -106,7 +106,7 @@ pub fn musyn(
             break;
         }
     }
-    let best = best.ok_or_else(|| SynthesisError::numerical(STAGE, "no iteration was asked for"))?;
+    let best = best.ok_or_else(|| SynthesisError::numerical(STAGE, "no iteration was requested"))?;
     Ok(MuDesign { history, ..best })
 }
 

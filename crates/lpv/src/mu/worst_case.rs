@@ -45,8 +45,8 @@ pub struct WorstCaseGain {
 pub enum WorstCaseError {
     /// A loop that no scalings prove to stay stable; it need not become unstable.
     #[error(
-        "no D-G scalings show that the loop stays stable for perturbations of size {size}: at {} they bound mu by more \
-         than {:.6}, so that no bound on the gain is known",
+        "stability for perturbations of size {size} is not shown: at {} the D-G scalings bound mu only by {:.6}, so \
+         that no bound on the gain is known",
         rads(*frequency),
         1.0 / size
     )]
@@ -59,8 +59,8 @@ pub enum WorstCaseError {
     #[error("the size of the perturbation is {found}; it must be above 0 and finite")]
     Size { found: f64 },
     /// A system without performance inputs or outputs.
-    #[error("besides the {} inputs and {} outputs of the blocks the system has {} and {}; at least one of each \
-        is needed", blocks.0, blocks.1, found.0, found.1)]
+    #[error("besides the {} inputs and {} outputs of the blocks the system has {} and {}; at least one more of each \
+        is required", blocks.0, blocks.1, found.0, found.1)]
     NoPerformance { blocks: (usize, usize), found: (usize, usize) },
     /// A failed sweep.
     #[error(transparent)]

@@ -64,7 +64,7 @@ pub fn synthesise(plant: &GeneralisedPlant, d22: &Mat) -> Result<H2Design, Synth
     let looped = WideLoop::new(plant, &WideController::new(&rounded));
     let norm = looped
         .and_then(|looped| looped.h2_norm())
-        .ok_or_else(|| failed("the controller does not survive the rounding to 16 digits"))?;
+        .ok_or_else(|| failed("the controller is lost by rounding to 16 digits"))?;
     let controller = around(&rounded, d22).ok_or_else(|| failed("the loop with D22 is not well posed"))?;
     Ok(H2Design { controller, norm })
 }

@@ -60,7 +60,7 @@ pub struct Round {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum StopReason {
     /// Insufficient growth of the size in the last round.
-    #[error("the last round brought too little improvement")]
+    #[error("the last round gave too little improvement")]
     NoLongerPays,
     /// Tolerance of all of the uncertainty.
     #[error("all of the declared uncertainty is tolerated")]
@@ -72,7 +72,7 @@ pub enum StopReason {
     #[error("no better controller was found: {0}")]
     Synthesis(SynthesisError),
     /// No bound of the new controller at the allowed gain.
-    #[error("the last controller has no bound at that gain")]
+    #[error("no bound was found for the last controller at this gain")]
     NoBound,
 }
 
@@ -94,7 +94,7 @@ pub struct RobustDesign {
 /// Error of a given controller without a bound at the allowed gain.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
-    "no size of the uncertainty was found at which the gain with the given controller is proved to stay below \
+    "no size of the uncertainty was found for which the gain with the given controller is proved to be below \
      {gamma:.4}"
 )]
 pub struct NoSize {

@@ -97,7 +97,7 @@ impl ConstantLoop {
     pub fn bound(&self, guess: f64, tolerance: f64, most: f64) -> Result<ConstantBound, SynthesisError> {
         let failed = |why: &str| SynthesisError::numerical(STAGE, why.to_owned());
         if spectral_abscissa(&self.closed.a()) >= 0.0 {
-            return Err(failed("the loop is unstable where all parameters are 0"));
+            return Err(failed("the loop is unstable with all parameters at 0"));
         }
         let balancing = balanced(&self.closed, guess).map(|s| if s > 0.0 { 1.0 / s.sqrt() } else { 0.0 });
         let filtered = Filtered::new(self, guess, &balancing);
@@ -115,8 +115,8 @@ impl ConstantLoop {
             }))
         };
         let found = if let Some(found) = search(true)? { Some(found) } else { search(false)? };
-        let (found, x, largest_eigenvalue) =
-            found.ok_or_else(|| failed("the inequality holds at frequencies, but no X was found"))?;
+        let (found, x, largest_eigenvalue) = found
+            .ok_or_else(|| failed("the inequality holds at all tested frequencies, but no X was found"))?;
         Ok(ConstantBound {
             gamma: guess * found.gamma,
             x: symmetric_part(&(filtered.back.transpose() * x * &filtered.back)),

@@ -107,8 +107,8 @@ pub(crate) fn contradiction(error: SynthesisError) -> SynthesisError {
     match error {
         SynthesisError::Infeasible { stage } => SynthesisError::numerical(
             stage,
-            "the solver finds no point above the least gamma, although one exists; the problem is badly \
-                        conditioned: check units and weights",
+            "the solver finds no point above the least gamma, although one exists; the problem is ill conditioned: \
+                        check units and weights",
         ),
         other => other,
     }

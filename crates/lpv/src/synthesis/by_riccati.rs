@@ -40,9 +40,9 @@ pub(crate) fn synthesise(
             let [from, to] = [lower, upper].map(|gamma| format!("{gamma:.4e}"));
             let least = if from == to { to } else { format!("between {from} and {to}") };
             let diagnosis = format!(
-                "the least gamma is {least}, by Riccati equations with 32 digits, but no \
-                 controller near it survives the rounding to 16 digits; use balanced coordinates \
-                 for the states, or leave out modes far slower or faster than the loop"
+                "the least gamma is {least} (Riccati equations with 32 digits), but every controller near it is lost \
+                 by rounding to 16 digits; use balanced coordinates for the states, or remove modes far slower or \
+                 faster than the loop"
             );
             SynthesisError::numerical("controller by Riccati equations", diagnosis)
         }),

@@ -68,10 +68,11 @@ fn explained(
     }
 }
 
-const NO_GAMMA: &str = "the solver finds no gamma, but the plant can be stabilised; check units and weights";
+const NO_GAMMA: &str =
+    "the solver finds no gamma although the plant can be stabilised; check units and weights";
 
-const NO_GAMMA_AND_NO_DECISION: &str = "the solver finds no gamma, and cannot decide whether the plant can be \
-    stabilised for every trajectory of the parameters; narrow their range, or check units and weights";
+const NO_GAMMA_AND_NO_DECISION: &str = "the solver finds no gamma and cannot decide whether the plant can be \
+    stabilised for every parameter trajectory; narrow the parameter range, or check units and weights";
 
 /// The coordinates in which a controller is built.
 #[derive(Clone, Copy, PartialEq)]

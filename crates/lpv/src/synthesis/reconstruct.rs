@@ -50,7 +50,7 @@ pub fn reconstruct(
     let Some(family) = affine.family() else {
         return Err(SynthesisError::numerical(
             STAGE,
-            "the dual inequality does not survive the completion of the Lyapunov matrix",
+            "the dual inequality fails after the completion of the Lyapunov matrix",
         ));
     };
     let thetas = coarse_grid(plant.blocks.len());

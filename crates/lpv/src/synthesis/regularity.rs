@@ -163,13 +163,13 @@ impl fmt::Display for Irregularity {
             Irregularity::UnweightedControl { direction, .. } => match only(direction) {
                 Some(j) => write!(
                     f,
-                    "no performance output weighs u{j}, so that its gain may grow without limit: give u{j} a \
-                     weight (column {j} of D12)"
+                    "no performance output weights u{j}, so that its gain may grow without limit: add a weight on \
+                     u{j} (column {j} of D12)"
                 ),
                 None => write!(
                     f,
-                    "no performance output weighs the controls' direction {}, so that its gain may grow without limit: \
-                     give each of {} a weight of its own (columns of D12)",
+                    "no performance output weights the combination {} of controls, so that its gain may grow without \
+                     limit: add a separate weight on each of {} (columns of D12)",
                     direction_words(direction, "u"),
                     names(direction, "u")
                 ),
@@ -182,8 +182,8 @@ impl fmt::Display for Irregularity {
                 ),
                 None => write!(
                     f,
-                    "the combination {} of measurements is free of noise, so that the gain from it may grow \
-                     without limit: add noise of its own to each of {} (rows of D21)",
+                    "the combination {} of measurements is free of noise, so that the gain from it may grow without \
+                     limit: add independent noise to each of {} (rows of D21)",
                     sum_words(combination, "y"),
                     names(combination, "y")
                 ),
@@ -294,7 +294,7 @@ impl fmt::Display for Regularisation {
         });
         write!(
             f,
-            "the controller was designed for the plant with {} added; its bound is of the plant as given, without them",
+            "the controller was designed for the plant with {} added; its bound holds for the original plant",
             outputs.chain(disturbances).collect::<Vec<_>>().join("; ")
         )
     }

@@ -329,8 +329,8 @@ impl TrackingProblem {
 
     /// Rejects the first number, in the order of the fields, that is not allowed.
     fn check_numbers(&self) -> Result<(), SystemError> {
-        let positive = |name, v: f64| (name, v, invertible(v), "above 0 and finite");
-        let not_negative = |name, v: f64| (name, v, v == 0.0 || invertible(v), "0 or more, and finite");
+        let positive = |name, v: f64| (name, v, invertible(v), "finite and above 0");
+        let not_negative = |name, v: f64| (name, v, v == 0.0 || invertible(v), "finite and at least 0");
         let mut checks = vec![];
         for (i, weight) in self.tracking.iter().enumerate() {
             checks.extend(weight.checks().map(|check| (i, check)));
@@ -338,8 +338,8 @@ impl TrackingProblem {
         checks.extend(self.output_scale.iter().map(|v| positive("the scale of output", *v)).enumerate());
         for (i, ReferenceWeight { follow, corner }) in self.references.iter().enumerate() {
             let good = *follow >= 1.0 && follow.is_finite();
-            checks.push((i, ("the weight of slow references", *follow, good, "1 or more, and finite")));
-            checks.push((i, positive("the corner of the references' weight", *corner)));
+            checks.push((i, ("the weight of slow references", *follow, good, "finite and at least 1")));
+            checks.push((i, positive("the corner of the weight of the references", *corner)));
         }
         checks.extend(self.input_scale.iter().map(|v| positive("the scale of input", *v)).enumerate());
         checks.extend(self.lags.iter().map(|v| not_negative("the lag of input", *v)).enumerate());
@@ -354,10 +354,10 @@ impl TrackingProblem {
                 checks.push((i, positive("the damping of the reference model of output", damping)));
             }
             if let Some(MovingTrim { output, frequency, .. }) = two.trim {
-                let name = "the frequency of the trim, which moves with output";
+                let name = "the frequency of the trim that moves with output";
                 checks.push((output, positive(name, frequency)));
-                let name = "the reference model, by its frequency, of output";
-                let allowed = "of first order and as fast as the trim, which moves with that output";
+                let name = "the reference model (by its frequency) of output";
+                let allowed = "of first order and as fast as the trim that moves with this output";
                 let other = |m: &ReferenceModel| m.damping.is_some() || m.frequency != frequency;
                 let model = two.models[output].filter(other);
                 checks.extend(model.map(|model| (output, (name, model.frequency, false, allowed))));
@@ -487,7 +487,7 @@ mod tests {
                 |p| p.references[0].follow = 0.5,
                 "the weight of slow references 1 is 0.5; it must be 1 or more",
             ),
-            (|p| p.delay = -0.1, "the delay before input 1 is -0.1; it must be 0 or more, and finite"),
+            (|p| p.delay = -0.1, "the delay before input 1 is -0.1; it must be finite and at least 0"),
             (
                 |p| p.tracking[0].peak = 0.0,
                 "the peak of W_e 1 is 0; it must be above 0, or W_e is not proper",
@@ -497,7 +497,7 @@ mod tests {
             (|p| p.output_scale[0] = 0.0, "the scale of output 1 is 0"),
             (|p| p.control[0].low = f64::NAN, "W_u of input 1 is NaN"),
             (|p| p.disturbance = f64::INFINITY, "the disturbance at input 1 is inf"),
-            (|p| p.lags[0] = -0.1, "the lag of input 1 is -0.1; it must be 0 or more, and finite"),
+            (|p| p.lags[0] = -0.1, "the lag of input 1 is -0.1; it must be finite and at least 0"),
             (
                 |p| p.control[0].high = 0.1,
                 "W_u of input 1 is 0.5; it must be finite, no less at high frequency",
@@ -618,7 +618,7 @@ mod tests {
         for (frequency, damping) in [(0.9, Some(0.9)), (0.8, None)] {
             let message = with(model(frequency, damping)).augment().unwrap_err().to_string();
             let expected =
-                format!("the reference model, by its frequency, of output 1 is {frequency}; it must be");
+                format!("the reference model (by its frequency) of output 1 is {frequency}; it must be");
             assert!(message.starts_with(&expected), "{message}");
         }
         // Without a model the error is that of the reference itself: larger by `(1 - 0.9/(s + 0.9)) r`.

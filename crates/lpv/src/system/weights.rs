@@ -23,13 +23,13 @@ impl TrackingWeight {
     pub(super) fn checks(&self) -> [(&'static str, f64, bool, &'static str); 3] {
         let within = (0.0..=self.peak).contains(&self.steady_error);
         [
-            ("the peak of W_e", self.peak, invertible(self.peak), "above 0, or W_e is not proper"),
-            ("the steady error of W_e", self.steady_error, within, "from 0 to the peak, or W_e is no bound"),
+            ("the peak of W_e", self.peak, invertible(self.peak), "above 0, so that W_e is proper"),
+            ("the steady error of W_e", self.steady_error, within, "from 0 to the peak"),
             (
                 "the bandwidth of W_e",
                 self.bandwidth,
                 invertible(self.bandwidth),
-                "above 0 and finite (rad/s)",
+                "finite and above 0 (rad/s)",
             ),
         ]
     }
@@ -72,7 +72,7 @@ impl RisingWeight {
     pub(super) fn check(&self, name: &'static str) -> (&'static str, f64, bool, &'static str) {
         let good = self.low.is_finite() && self.high.is_finite() && self.high >= self.low;
         let good = good && invertible(self.corner);
-        (name, self.low, good, "finite, no less at high frequency, and of a corner above 0")
+        (name, self.low, good, "finite, no smaller at high frequency, and with a corner frequency above 0")
     }
 }
 
