@@ -21,8 +21,9 @@ pub fn controllers<'a>(designs: Designs<'a>) -> Vec<&'a ControllerDesign> {
 /// together.
 pub fn unproved(axes: usize, coupled: bool) -> Option<&'static str> {
     (axes > 1).then_some(if coupled {
-        "Beyond that each axis is proved alone, about straight level flight without roll. What is proved of both is of \
-         the linear motion, in continuous time and without limits of actuators; the rest is simulated (squid simulate)."
+        "Otherwise each axis is proved separately, for straight level flight without roll. The proof for both axes \
+         applies to the linear motion in continuous time, without limits of actuators; everything else is simulated \
+         (squid simulate)."
     } else {
         "Each axis is proved alone, about straight level flight without roll, where the axes decouple. What a turn or \
          a roll couples is simulated, and checked in frozen turns (squid simulate), not proved."

@@ -23,7 +23,9 @@ pub enum Error {
     #[error(transparent)]
     Describe(#[from] squid_fmi2::DescribeError),
     /// A shared library is missing.
-    #[error("{library} is not in {places}; build it with `{how}`, or name its directory with --binaries")]
+    #[error(
+        "{library} was not found in {places}; build it with `{how}`, or give its directory with --binaries"
+    )]
     NoBinary { library: String, how: String, places: String },
     /// FMI 2.0 has no name for this platform.
     #[error("FMI 2.0 has no name for the platform {os} on {arch}")]
@@ -39,28 +41,28 @@ pub enum Error {
     Ssp { path: String, reason: std::io::Error },
     /// The resources of an FMU differ from those with which it was packed.
     #[error(
-        "{path}: its resources were changed after it was packed, or another version of squid packed it (the \
-            GUID differs)"
+        "{path}: the GUID differs; its resources were changed after packing, or another version of squid packed it"
     )]
     WrongGuid { path: String },
     /// The model description of an FMU differs from the one with which it was packed.
-    #[error("{path}: its modelDescription.xml was changed after it was packed")]
+    #[error("{path}: its modelDescription.xml was changed after packing")]
     WrongDescription { path: String },
     /// The FMU does not follow from vehicle and design file.
-    #[error("{path}: it is not what these vehicle and design files make: {reason}")]
+    #[error("{path}: it does not follow from these vehicle and design files: {reason}")]
     NotOfInputs { path: String, reason: String },
     /// A plant, loop or system was requested for a heading design alone.
     #[error(
-        "a design of heading is packed as a controller alone: the vehicle is that of its design of pitch or depth"
+        "a heading design is packed as a controller only; the vehicle belongs to the design of pitch or depth"
     )]
     OfHeading,
     /// The axes of the file are not those of the design.
     #[error(
-        "{path}: it is of {found}, and {design} is of {axes}; name one of these with --axis, or another --design"
+        "{path}: it is for {found}, but {design} has {axes}; select one of these with --axis, or another design with \
+            --design"
     )]
     OtherAxes { path: String, found: String, design: String, axes: String },
     /// The FMU contains no certificate.
-    #[error("{path}: it contains no resources/{name}, so there is nothing to verify")]
+    #[error("{path}: it contains no resources/{name} to verify")]
     NoCertificate { path: String, name: String },
     /// The controller cannot be exported as C.
     #[error(transparent)]
@@ -69,12 +71,14 @@ pub enum Error {
     #[error("{path}: {reason}")]
     Source { path: String, reason: squid_embedded::SourceError },
     /// The design or the certificate of a source is missing next to it.
-    #[error("{path} is not there; `squid export` writes it beside the source, which is verified by it")]
+    #[error(
+        "{path}: file not found; `squid export` writes it next to the source, and the verification requires it"
+    )]
     NotBeside { path: String },
     /// A controller without proof is not packed.
     #[error(
-        "the controller in {directory} is not certified: {reason}\nNothing is written. With --allow-uncertified \
-         it is, and says that it is uncertified"
+        "the controller in {directory} is not certified: {reason}\nNothing was written. With --allow-uncertified it \
+         is written and marked as uncertified"
     )]
     Uncertified { directory: String, reason: String },
     /// An error of a file, with the path added to a message that lacks it.
@@ -104,19 +108,19 @@ pub enum ArchiveError {
     Unreadable { name: String, reason: std::io::Error },
     /// The name of an entry is not plain, so that tools may unpack it to different paths.
     #[error(
-        "it contains an entry called '{name}'; allowed are files and folders with / between them, without '\\' \
-            and ':', none called '.' or '..' or with a dot or a space at the end, and no links"
+        "it contains the entry '{name}'; allowed are files and directories separated by /, without '\\', ':' and \
+            links, with names other than '.' and '..' that do not end in a dot or a space"
     )]
     Name { name: String },
     /// Two entries may be unpacked to the same path.
-    #[error("it contains the entry '{name}' twice, if upper and lower case are taken for the same")]
+    #[error("it contains the entry '{name}' twice if case is ignored")]
     Twice { name: String },
     /// The entries unpack to more than any packed FMU.
-    #[error("all entries up to {name} unpack to more than {most} MB, the most that is read")]
+    #[error("the entries up to {name} unpack to more than {most} MB, the largest size that is read")]
     Large { name: String, most: u64 },
     /// The GUID is missing.
     #[error(
-        "modelDescription.xml: it is missing, or names no guid; of an SSP, unpack the FMUs in resources/"
+        "modelDescription.xml is missing or has no guid (for an SSP, unpack the FMUs in resources/ first)"
     )]
     NoGuid,
 }

@@ -81,7 +81,7 @@ pub fn require_proof(
 ) -> Result<Result<Theorem, String>, Error> {
     match stored.prove(inputs) {
         Ok(theorem) if stored.controller.gamma.certified => Ok(Ok(theorem)),
-        Ok(_) => Err(ProofError::Mismatch { what: "the mark 'certified' of controller.json".into() }.into()),
+        Ok(_) => Err(ProofError::Mismatch { what: "'certified' in controller.json".into() }.into()),
         Err(reason) if allow_uncertified => {
             stored.controller.gamma.certified = false;
             Ok(Err(reason))
@@ -242,14 +242,18 @@ fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
     let steered: Vec<String> = designs.iter().map(|(_, stored)| stored.controller.steered_signal()).collect();
     let what = match kind {
         Kind::Plant if designs.iter().any(|(inputs, _)| inputs.design.view().is_level_held) => {
-            "This FMU is the vehicle: nonlinear motion in six degrees of freedom.".to_owned()
+            "This FMU contains the vehicle: nonlinear motion in six degrees of freedom.".to_owned()
         }
-        Kind::Plant => "This FMU is the vehicle: nonlinear longitudinal motion, or its LPV model.".to_owned(),
+        Kind::Plant => {
+            "This FMU contains the vehicle: nonlinear longitudinal motion, or its LPV model.".to_owned()
+        }
         Kind::Controller => format!(
-            "This FMU is the autopilot: an LPV controller of {}, scheduled on forward speed, sampled.",
-            steered.join(" and one of ")
+            "This FMU contains the autopilot: a sampled LPV controller of {}, scheduled on forward speed.",
+            steered.join(" and another of ")
         ),
-        Kind::Squid => "This FMU is vehicle and autopilot in one loop, flying a manoeuvre.".to_owned(),
+        Kind::Squid => {
+            "This FMU contains vehicle and autopilot in closed loop, performing a manoeuvre.".to_owned()
+        }
     };
     let bounds =
         designs.iter().zip(&steered).map(|((_, stored), name)| prefixed(designs.len(), name, &bound(stored)));
@@ -265,17 +269,17 @@ fn bound(stored: &Stored) -> String {
     let scheduling = &stored.controller.scheduling;
     if gamma.certified {
         format!(
-            "Bound of the L2 gain from references and disturbances to weighted errors and commands: {}, \
-                certified in exact arithmetic. Speeds {} to {} m/s; \
-             the bound is of the loop in continuous time without saturation; it does not cover the nonlinear vehicle.",
+            "Bound of the L2 gain from references and disturbances to weighted errors and commands: {}, certified in \
+                exact arithmetic, for speeds from {} to {} m/s. The bound applies to the loop in continuous time \
+                without saturation, and does not cover the nonlinear vehicle.",
             above(gamma.bound),
             scheduling.minimum,
             scheduling.maximum
         )
     } else {
         format!(
-            "UNCERTIFIED: this controller was packed without a valid proof for the vehicle. Its file names \
-                {} as a bound of the L2 gain. Speeds {} to {} m/s.",
+            "UNCERTIFIED: this controller was packed without a valid proof for the vehicle. The bound of the L2 gain \
+                in its file is {}, for speeds from {} to {} m/s.",
             gamma.bound, scheduling.minimum, scheduling.maximum
         )
     }

@@ -130,7 +130,7 @@ fn unknown(name: &str) -> Error {
     let folders: Vec<&str> = ALL.iter().map(|p| p.folder).collect();
     Error::UnknownPlatform {
         found: format!("'{name}'"),
-        allowed: format!("host, all, or some of {}", folders.join(", ")),
+        allowed: format!("host, all, or a list of {}", folders.join(", ")),
     }
 }
 

@@ -181,7 +181,7 @@ impl System<'_> {
             ];
             parent(xml, "ssd:SystemStructureDescription", &root, |xml| {
                 let about =
-                    format!("vehicle and autopilot in one loop, {} m/s", &self.variant["speed_".len()..]);
+                    format!("vehicle and autopilot in closed loop, {} m/s", &self.variant["speed_".len()..]);
                 let system = [("name", self.name), ("description", about.as_str())];
                 parent(xml, "ssd:System", &system, |xml| self.system(xml))?;
                 let of_all = self.components.iter().flat_map(|(_, one)| of_connectors(&one.description));

@@ -31,13 +31,13 @@ use std::io::{self, Read};
 use std::path::Path;
 
 /// Statement of what only vehicle and design file can verify.
-const NOT_RECOMPUTED: &str = "not verified without --vehicle: scales, trims, limits of the commands, what references \
-                              are limited to, and vehicle and manoeuvre of a loop";
+const NOT_RECOMPUTED: &str = "not verified without --vehicle: scales, trims, limits of commands and references, and \
+                              the vehicle and manoeuvre of a closed loop";
 
 /// Returns the claims in the units that a controller file declares, for scales that are not verified.
 fn claims_as_declared(terms: &Terms, theorem: &Theorem) -> String {
     let claims = lines(theorem, Some(terms)).join("; ");
-    format!("by the scales that {CONTROLLER} declares, which are not verified without --vehicle: {claims}")
+    format!("with the scales in {CONTROLLER}, which are not verified without --vehicle: {claims}")
 }
 
 /// Result of verifying a file.
@@ -129,9 +129,9 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
     c::compare(path, &source, &design, &text)?;
     let shown = path.display();
     let mut about = vec![format!(
-        "{shown}: every number is what the trapezoidal rule at {} s makes of the controller of the certificate \
-         (computed again, in floating point), and the rest is what squid writes for {} beside it; comments are not \
-         compared",
+        "{shown}: every number follows from the controller of the certificate by the trapezoidal rule at {} s \
+         (recomputed in floating point), and the rest is the source that squid writes for {} next to it; comments \
+         are not compared",
         design.sample_time, CONTROLLER
     )];
     let manoeuvre = inputs.map(|inputs| &inputs.design.manoeuvre);
@@ -166,7 +166,8 @@ fn is_archive(path: &Path) -> Result<bool, Error> {
     let unreadable = |reason| files::Error::Unreadable { path: path.display().to_string(), reason };
     let mut start = Vec::new();
     if path.is_dir() {
-        let hint = "it is a directory; name an FMU or a certificate.json (a vehicle's directory goes with --vehicle)";
+        let hint = "this is a directory; give an FMU or a certificate.json (the directory of a vehicle is given with \
+            --vehicle)";
         return Err(unreadable(io::Error::new(io::ErrorKind::IsADirectory, hint)).into());
     }
     files::open(path)?.take(2).read_to_end(&mut start).map_err(unreadable)?;
@@ -201,9 +202,7 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
         check_inputs(&certificate, vehicle, design, &model)?;
         let what = match certificate.model_error() {
             Some(_) => "its plant and its ball of models are those",
-            None => {
-                "its plant is that, and nothing is said of the residual between the fit and the true linearisations,"
-            }
+            None => "its plant is that (without the residual between the fit and the true linearisations)",
         };
         about.push(format!("{}: {what} of {}", path.display(), named(inputs)));
     }
@@ -221,8 +220,8 @@ fn describe_uncertain(
 ) -> Result<Vec<String>, Error> {
     let shown = path.display();
     let plant = format!(
-        "{shown}: its plant is the uncertain model of {}, for {:.1} % of {}, which like the speed may change however \
-         fast; the error of that model against the vehicle is not covered",
+        "{shown}: its plant is the uncertain model of {}, for {:.1} % of {}, which like the speed may change \
+         arbitrarily fast; the error of this model relative to the vehicle is not covered",
         named(inputs),
         100.0 * found.fraction,
         found.declared
@@ -242,20 +241,19 @@ fn compare_controller(
     let (shown, beside) = (path.display(), path.with_file_name(CONTROLLER));
     if !beside.is_file() {
         return Ok(format!(
-            "{shown}: its controller was not compared, because {CONTROLLER} is not beside it"
+            "{shown}: its controller was not compared, because {CONTROLLER} is missing in its directory"
         ));
     }
     let more = same(&ControllerDesign::from_json(&read(&beside)?)?)?;
-    Ok(format!("{shown}: its controller is that of {CONTROLLER} beside it{more}"))
+    Ok(format!("{shown}: its controller is that of {CONTROLLER} in the same directory{more}"))
 }
 
 /// Returns statements about a certificate of the sampled loop whose plant is that of the inputs.
 fn describe_sampled(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<Vec<String>, Error> {
     let (shown, tick) = (path.display(), inputs.design.sample_time);
     let plant = format!(
-        "{shown}: its plant is that of {}, in the continuous time to which the trapezoidal rule maps ticks of {tick} \
-         s; what is proved holds for the sampled loop, with the fit advanced by that rule, for every speed that is \
-         constant from tick to tick",
+        "{shown}: its plant is that of {}, discretised by the trapezoidal rule at {tick} s; the proof holds for the \
+         sampled loop with the fit discretised in this way, for every speed that is constant between ticks",
         named(inputs)
     );
     let controller = compare_controller(path, |design| {
@@ -310,8 +308,8 @@ fn verify_fmu(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Err
             check_follows_from(design, text, resources.text("plant.json").ok(), inputs)
                 .map_err(not_of_inputs)?;
             verified.about.push(format!(
-                "the controller that is proved, and all other resources, the limits of its references among them, \
-                 follow from {}",
+                "the proved controller and all other resources, including the limits of its references, follow from \
+                 {}",
                 named(inputs)
             ));
         }
@@ -354,7 +352,7 @@ impl Proved {
         let coverage = match certificate.model_error() {
             Some(_) => "for the fit, and for a ball of models around it",
             None => {
-                "for the fit alone; nothing about the residual between the fit and the true linearisations"
+                "for the fit only; the residual between the fit and the true linearisations is not covered"
             }
         };
         let covered = format!(
@@ -371,10 +369,7 @@ impl Proved {
 /// Returns a text that names the vehicle and design used for a comparison.
 pub fn named(inputs: &Inputs) -> String {
     let directory = inputs.directory.display();
-    format!(
-        "vehicle.toml and design '{}' in {directory} (computed again, in floating point)",
-        inputs.design.name
-    )
+    format!("vehicle.toml and design '{}' in {directory} (recomputed in floating point)", inputs.design.name)
 }
 
 /// Returns the error for a file whose axes are not those of a design.
@@ -408,7 +403,7 @@ fn check_follows_from(
     inputs: &Inputs,
 ) -> Result<(), String> {
     if let Some(what) = inputs.changed_since(&controller.inputs) {
-        return Err(format!("{what} differs from the one it was designed from (its SHA-256 differs)"));
+        return Err(format!("{what} differs from the one used for the design (SHA-256)"));
     }
     // The LPV model is that of surge, heave and pitch.
     let plant = match plant.filter(|_| !inputs.design.view().is_level_held) {
