@@ -23,7 +23,7 @@ impl Finding {
             Finding::Confirmed => "confirmed",
             Finding::Partly => "partly confirmed",
             Finding::NotConfirmed => "not confirmed",
-            Finding::Unknown => "cannot be judged",
+            Finding::Unknown => "undecided",
         }
     }
 

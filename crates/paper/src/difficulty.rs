@@ -41,7 +41,7 @@ fn measures(subject: &Subject, figures: &[StepFigures], peaks: &[f64]) -> [Measu
     let peak = |i: usize| peaks[i];
     [
         ("least gamma of a controller for this speed alone (continuous time)", at(&alone)),
-        ("peak of |S| of pitch, as it flies", at(&peak)),
+        ("peak of |S| of pitch, as implemented", at(&peak)),
         ("settling of a step (s)", at(&|i| figures[i].settling_time)),
         ("largest actuator use (%)", at(&|i| 100.0 * figures[i].actuator_use)),
     ]
@@ -60,10 +60,10 @@ fn claim(subject: &Subject, difficulty: &[Measure]) -> Claim {
     Claim {
         claim: "it is more difficult to control the vehicle at low speed than at high speed (section 4).",
         criterion: format!(
-            "at which of the six speeds each of the four measures in the table is worst: for all of them below \
-                the middle of the range, {centre:.2} m/s, confirms it, for some of them partly."
+            "the speed, of six, at which each of the four measures in the table is worst: confirmed if all are below \
+                the middle of the range, {centre:.2} m/s, partly confirmed if some are."
         ),
         finding: hardest_below(centre, &measures),
-        because: format!("Worst is, by {}.", each.join("; by ")),
+        because: format!("The worst speeds are, for {}.", each.join("; by ")),
     }
 }

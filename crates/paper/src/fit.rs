@@ -18,8 +18,8 @@ fn entries(subject: &Subject) -> Claim {
     Claim {
         claim: "a second-order polynomial approximates the entries of A much better than a first-order one (Fig. 3).",
         criterion: format!(
-            "the rms residual of A over the grid of speeds, relative to how much A varies; 'much' means at \
-                least {MUCH} times smaller."
+            "the rms residual of A over the grid of speeds, relative to the variation of A; 'much' means at least \
+                {MUCH} times smaller."
         ),
         finding: much_smaller(first, second),
         because: format!("The residual is {}.", compared(first, second)),
@@ -40,14 +40,13 @@ fn responses(subject: &Subject) -> Claim {
         claim: "the frequency response of the second-order model is a better approximation than that of the \
             first-order one (Fig. 4).",
         criterion: format!(
-            "the largest relative error |G_fit - G|/|G| from {} to pitch, which the figure shows, over all \
-                speeds of the grid and 0.01 to 10 rad/s; at least {MUCH} times \
-             smaller confirms it, smaller at all does so partly.",
+            "the largest relative error |G_fit - G|/|G| from {} to pitch, as in the figure, over all speeds of the \
+                grid and 0.01 to 10 rad/s: confirmed if at least {MUCH} times smaller, partly confirmed if smaller.",
             actuator.name
         ),
         finding: much_smaller(first, second),
         because: format!(
-            "The largest error is {}. From all actuators to what is tracked, in the scales of the design and \
+            "The largest error is {}. From all actuators to the tracked outputs, in the scales of the design and as \
                 the largest singular value, it is {}.",
             compared(first, second),
             compared(error(1, &scaled), error(2, &scaled))

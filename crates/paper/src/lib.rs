@@ -28,7 +28,7 @@ type SectionSource = (&'static str, &'static str, fn(&Subject) -> Result<Found, 
 const SECTIONS: [SectionSource; 4] = [
     ("tuning", "The paper's Fig. 5: pitch responses for three bandwidths of the weight", tuning::tuning),
     ("open-loop", "The paper's Fig. 6: the vehicle alone", open_loop::open_loop),
-    ("difficulty", "Where control is hardest", difficulty::difficulty),
+    ("difficulty", "Speeds at which control is most difficult", difficulty::difficulty),
     ("switching", "Scheduled against switched controllers", switching::switching),
 ];
 
@@ -60,13 +60,13 @@ fn computed(subject: &Subject, &(id, title, of): &SectionSource) -> (Section, Ve
 
 /// Notes on the paper's figures, and on differences of the controller from the paper's set-up.
 fn introduction(subject: &Subject) -> impl Iterator<Item = String> {
-    let figures = "Of the paper's figures, Fig. 1 and 2 are in the section on the structure of the loop, Fig. 3 and 4 \
-        in those on the model, Fig. 7 is in the one on mu, and Fig. 5 and 6 have sections of their own.";
-    let measured = "The controller is not of the paper's set-up: the paper's takes in the tracking error alone, this \
-        one references and measurements apart, and each tracked output has a model to follow. Errors are those to that \
-        model.";
-    let robust = "The controller is a robust one; those of Fig. 5, where W_e is varied, and the switched ones are of \
-        the nominal synthesis.";
+    let figures = "The figures of the paper: Fig. 1 and 2 are in the section on the structure of the loop, Fig. 3 \
+        and 4 in those on the model, Fig. 7 in that on mu; Fig. 5 and 6 have sections of their own.";
+    let measured = "The configuration differs from that of the paper, whose controller receives the tracking error \
+        only: this controller receives references and measurements separately, and each tracked output has a \
+        reference model. Errors are relative to this model.";
+    let robust = "The controller is a robust one; those of Fig. 5, with different W_e, and the switched ones are \
+        from the nominal synthesis.";
     let measured = (!subject.inputs.design.measured.is_empty()).then_some(measured);
     let robust = subject.stored.robust.is_some().then_some(robust);
     [Some(figures), measured, robust].into_iter().flatten().map(str::to_owned)
@@ -76,26 +76,26 @@ fn introduction(subject: &Subject) -> impl Iterator<Item = String> {
 fn summary(claims: &[Claim], subject: &str) -> String {
     let line = |c: &Claim| format!("  {:<17} {}\n", c.finding.text(), c.claim);
     let lines: String = claims.iter().map(line).collect();
-    format!("\nWhat the paper claims, of {subject}:\n{lines}")
+    format!("\nClaims of the paper, for {subject}:\n{lines}")
 }
 
 /// Last section: the claims in one table, then each with its criterion and the numbers.
 fn claims_section(claims: Vec<Claim>, subject: &str) -> Section {
     let summary = "A. Sutarto, A. Budiyono, 'Development of Linear Parameter Varying Control System for Autonomous \
-        Underwater Vehicle', Indian J. Geo-Marine Sci. 40(2), 2011, 275-286, and whether this vehicle confirms it, by \
-        a stated criterion and numbers that are in the sections above.";
-    let mut table = Table::new(["What the paper claims", &format!("Of {subject}")]);
+        Underwater Vehicle', Indian J. Geo-Marine Sci. 40(2), 2011, 275-286: each claim, and whether this vehicle \
+        confirms it according to a stated criterion and the numbers in the sections above.";
+    let mut table = Table::new(["Claims of the paper", &format!("For {subject}")]);
     table.rows = claims.iter().map(|claim| vec![capital(claim.claim), claim.finding.text().into()]).collect();
     let boxed = |claim: Claim| {
-        let found = format!("Of {subject}: {}.", claim.finding.text());
+        let found = format!("For {subject}: {}.", claim.finding.text());
         let paragraphs = vec![
             (String::new(), format!("The paper: {}", claim.claim)),
             (found, claim.because),
-            (String::new(), format!("Judged by: {}", claim.criterion)),
+            (String::new(), format!("Criterion: {}", claim.criterion)),
         ];
         Part::Boxed(Boxed { mark: claim.finding.class(), paragraphs })
     };
     let head = [Part::Words(summary.into()), Part::Table(table)];
     let parts = head.into_iter().chain(claims.into_iter().map(boxed)).collect();
-    Section::new("claims", "The paper's claims", parts)
+    Section::new("claims", "Claims of the paper", parts)
 }

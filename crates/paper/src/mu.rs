@@ -23,18 +23,17 @@ fn stability_claim(bounds: &[MuBounds]) -> Claim {
     let most = bounds.iter().map(|b| b.guaranteed).fold(0.0, f64::max);
     Claim {
         claim: "mu peaks at 0.268, so that 373 % of the modelled uncertainty is tolerated (section 4, Fig. 7).",
-        criterion: "robust stability: a vehicle within the declared uncertainty, trimmed again, whose loop is \
-            not stable as it flies refutes it at its speed; where none was found, mu of \
-                    the model, guaranteed to be below 1 at every frequency, in continuous time, \
-                    confirms it; anything between leaves it open. There is no guarantee for \
-                    the loop as it flies. The paper's 0.268 itself cannot be compared, because its uncertainty \
-                    is not printed."
+        criterion: "robust stability: refuted at a speed if a vehicle within the declared uncertainty, trimmed \
+            again, has an unstable loop as implemented; confirmed if none was found and mu of the model in \
+            continuous time is guaranteed to be below 1 at every frequency; otherwise undecided. There is no \
+            guarantee for the loop as implemented. The value 0.268 itself cannot be compared, because the paper does \
+            not state its uncertainty."
             .into(),
         finding: stays_stable(&pairs),
         because: format!(
-            "A vehicle within the declared uncertainty found unstable as it flies: {}; the model shown to be \
-                stable for all of it in continuous time: {}. The \
-             guaranteed bound is {most:.3} at most there, a margin of {:.0} %.",
+            "Vehicle within the declared uncertainty found unstable as implemented: {}; model shown to be stable for \
+                the full uncertainty in continuous time: {}. The guaranteed bound there is at most {most:.3}, a \
+                margin of {:.0} %.",
             at(&|b| b.vehicle >= 1.0),
             at(&|b| b.guaranteed < 1.0),
             100.0 / most
@@ -56,9 +55,9 @@ fn speed_claim(centre: f64, bounds: &[MuBounds]) -> Claim {
         claim: "mu is largest at low speed, 1 m/s: it is more difficult to control the vehicle at low speed \
             than at high speed (section 4, Fig. 7).",
         criterion: format!(
-            "at which of the six speeds the guaranteed bound of the model is largest (in continuous \
-                time), and at which a vehicle was found unstable, as it flies, with the \
-             smallest errors: both below the middle of the range, {centre:.2} m/s, confirms it, one of them partly."
+            "the speed, of six, at which the guaranteed bound of the model in continuous time is largest, and that \
+                at which a vehicle was found unstable, as implemented, with the smallest errors: confirmed if both \
+                are below the middle of the range, {centre:.2} m/s, partly confirmed if one is."
         ),
         finding: hardest_below(centre, &measures),
         because: format!(

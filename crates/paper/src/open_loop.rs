@@ -26,9 +26,9 @@ pub fn open_loop(subject: &Subject) -> Result<Found, Error> {
     let (mut curves, mut pairs) = (Vec::new(), Vec::new());
     let mut table = Table::new([
         "speed (m/s)",
-        "alone: settled to 2 % (s)",
+        "open loop: settled to 2 % (s)",
         "closed loop: settled (s)",
-        "alone: largest real part (rad/s)",
+        "open loop: largest real part (rad/s)",
     ]);
     for (i, speed) in subject.speeds.iter().copied().take(SHOWN_SPEEDS).enumerate() {
         let points = alone(subject, speed, index, step)?;
@@ -54,7 +54,7 @@ pub fn open_loop(subject: &Subject) -> Result<Found, Error> {
     let figure = Figure {
         name: "fig6-open-loop".into(),
         caption: format!(
-            "{} without control after a step of {} by {:.2} {unit}, nonlinear.",
+            "{} in open loop after a step of {} by {:.2} {unit}, nonlinear.",
             capital(&subject.name()),
             actuator.name,
             factor * step
@@ -70,8 +70,8 @@ fn claim(pairs: &[(f64, f64)]) -> Claim {
     Claim {
         claim: "compared with the vehicle alone (Fig. 6), the responses of the closed loop are fast (section 4).",
         criterion: format!(
-            "the closed loop's pitch step settles to {:.0} % sooner than the vehicle alone does after a step \
-                of its actuator, within {FLOWN} s, at each of the {} speeds.",
+            "the pitch step of the closed loop settles to {:.0} % sooner than the open-loop vehicle after a step of \
+                its actuator, within {FLOWN} s, at each of the {} speeds.",
             100.0 * SETTLED,
             pairs.len()
         ),

@@ -18,12 +18,12 @@ fn peak_claim(name: &str, peaks: &Both, limit: f64) -> Claim {
     Claim {
         claim: "M_s = 2 in the weight gives a good robustness margin (section 3B).",
         criterion: format!(
-            "the peak of |S| of {name} below M_s = {limit} at each of the six speeds, of the loop as it flies: \
-                sampled, with the lags of the actuators."
+            "the peak of |S| of {name} is below M_s = {limit} at each of the six speeds, for the loop as \
+                implemented: sampled, with the lags of the actuators."
         ),
         finding: all_below(&peaks.flying, limit),
         because: format!(
-            "The largest peak is {:.2} as it flies, and {:.2} in continuous time.",
+            "The largest peak is {:.2} as implemented, and {:.2} in continuous time.",
             largest(0.0, peaks.flying.iter().copied()),
             largest(0.0, peaks.ideal.iter().copied())
         ),
@@ -35,13 +35,13 @@ fn steady_claim(name: &str, steady: &Both, limit: f64) -> Claim {
     Claim {
         claim: "epsilon = 0.01 in the weight keeps the tracking error below 1 % (section 3B).",
         criterion: format!(
-            "the error of {name} at zero frequency below {} %, which is epsilon of this design, at each of the six \
-                speeds, of the loop as it flies.",
+            "the error of {name} at zero frequency is below {} %, the epsilon of this design, at each of the six \
+                speeds, for the loop as implemented.",
             100.0 * limit
         ),
         finding: all_below(&steady.flying, limit),
         because: format!(
-            "The largest is {:.3} % as it flies, and {:.3} % in continuous time.",
+            "The largest is {:.3} % as implemented, and {:.3} % in continuous time.",
             percent(&steady.flying),
             percent(&steady.ideal)
         ),

@@ -48,9 +48,9 @@ pub fn switching(subject: &Subject) -> Result<Found, Error> {
         flights.iter().map(|(_, rows)| ramp_figures(subject, rows)).collect();
     let mut table = Table::new([
         "controller",
-        "rms pitch error after the step, % of it",
+        "rms pitch error after the step, % of the step",
         "error at the end, %",
-        "largest jump of a command, % of its reach",
+        "largest jump of a command, % of its range",
     ]);
     for ((name, _), r) in flights.iter().zip(&ramp_figures) {
         table.rows.push(vec![
@@ -62,16 +62,16 @@ pub fn switching(subject: &Subject) -> Result<Found, Error> {
     }
     let names: Vec<String> = subject.speeds.iter().map(|v| format!("{v:.2}")).collect();
     let text = format!(
-        "The same synthesis for the plant frozen at {} m/s gives {} controllers without parameters; the one \
-            made for the speed nearest to the measured one is in charge. When it changes, the new one starts \
-            from zero ('reset'), or takes over the numbers in the old one's states ('carried over'; the states \
-            of two syntheses do not mean the same), or all run all the time on the same errors and only the \
-            output is switched ('all running'). Ramp, step, feedforward and vehicle are those of the manoeuvre \
-            above. One ramp is one switching signal; so also, at the speed midway between two neighbours, both \
-            take turns, each in charge for the same time from 0.05 to 20 s: the second table has the fastest \
-            growth of the linear loop as it flies, sampled and with the lags of the actuators, unstable above \
-            0 (a controller that is reset many times a second is little more than its direct term). For the \
-            scheduled controller the theorem above, where it is proved, excludes that for every signal.",
+        "The same synthesis for the plant frozen at {} m/s gives {} controllers without parameters; the one designed \
+            for the speed nearest to the measured speed is active. When it changes, the new one starts from zero \
+            ('reset'), or takes over the numbers in the states of the old one ('carried over'; the states of two \
+            syntheses have different meanings), or all run continuously on the same errors and only the output is \
+            switched ('all running'). Ramp, step, feedforward and vehicle are those of the manoeuvre above. A ramp \
+            is one switching signal; in addition, at the speed midway between two neighbours, the two controllers \
+            alternate, each active for the same time, from 0.05 to 20 s: the second table contains the fastest \
+            growth of the linear loop as implemented, sampled and with the lags of the actuators; it is unstable \
+            above 0 (a controller that is reset many times a second is little more than its direct term). For the \
+            scheduled controller the theorem above, if proved, excludes instability for every signal.",
         names.join(", "),
         bank.len()
     );
@@ -120,12 +120,12 @@ struct WorstAlternations {
 
 fn alternations_table(alternations: &[WorstAlternations]) -> Table {
     let mut table = Table::new([
-        "two taking turns",
+        "two alternating",
         "fastest growth (1/s)",
         "at speed (m/s)",
-        "each in charge for (s)",
+        "each active for (s)",
         "grows up to (s)",
-        "each alone",
+        "each separately",
         "growth in continuous time (1/s)",
     ]);
     for pair in alternations {
@@ -154,26 +154,26 @@ fn claim(ramp_figures: &[RampFigures], alternations: &[WorstAlternations]) -> Cl
     let rates: Vec<f64> = stable().map(|(_, w)| w.rate).collect();
     let unstable: Vec<&str> = stable().filter(|(_, w)| w.rate > 0.0).map(|(name, _)| name).collect();
     let signal = match unstable.as_slice() {
-        [] => "No signal that was tried makes two stable controllers an unstable loop.".to_owned(),
-        names => format!("Taking turns makes the loop unstable: {}.", names.join("; ")),
+        [] => "No tested signal makes the loop of two stable controllers unstable.".to_owned(),
+        names => format!("Alternation makes the loop unstable: {}.", names.join("; ")),
     };
     Claim {
-        claim: "switching may do harm, up to instability, even between controllers each of which is stable \
-            (introduction).",
+        claim: "switching may degrade performance, up to instability, even between controllers each of which is \
+            stable (introduction).",
         criterion: format!(
-            "confirmed, if two controllers that are stable alone make the loop, as it flies, unstable by \
-                taking turns, or if a switched flight does not come to rest (an rms pitch error over the last \
-                tenth above {:.0} % of the step) where the scheduled one does; partly, if there is neither, \
-                but an rms error or a jump of a command (but for the {IGNORED_AFTER_STEP} s after the step) is more \
-                than {:.0} % above the scheduled one's.",
+            "confirmed if two controllers, each stable separately, make the loop as implemented unstable by \
+                alternation, or if a switched simulation does not settle (an rms pitch error over the last tenth \
+                above {:.0} % of the step) although the scheduled one does; partly confirmed if neither, but an rms \
+                error or a jump of a command (except in the {IGNORED_AFTER_STEP} s after the step) is more than \
+                {:.0} % above that of the scheduled controller.",
             100.0 * AT_REST,
             100.0 * (WORSE - 1.0)
         ),
         finding: switching_harms(scheduled, switched, &rates),
         because: format!(
-            "{resting} of {} switched flights come to rest. The rms error is {:.2} % of the step scheduled and \
-                up to {:.2} % switched; the largest jump of a command is {:.2} % of its reach scheduled and up \
-                to {:.2} % switched. {signal}",
+            "{resting} of {} switched simulations settle. The rms error is {:.2} % of the step scheduled and up to \
+                {:.2} % switched; the largest jump of a command is {:.2} % of its range scheduled and up to {:.2} % \
+                switched. {signal}",
             switched.len(),
             100.0 * scheduled.error,
             100.0 * largest(|r| r.error),
@@ -194,7 +194,7 @@ fn figure(subject: &Subject, flights: &[(&str, Vec<Row>)]) -> Figure {
     let keys = flights.iter().enumerate().map(|(i, (name, _))| Key::nth(i, *name)).collect();
     Figure {
         name: "scheduled-and-switched".into(),
-        caption: format!("{} under one and the same ramp of speed.", capital(&subject.name())),
+        caption: format!("{} during the same speed ramp.", capital(&subject.name())),
         keys,
         charts: vec![
             Chart::over_time("", "pitch error (deg)", curves(&|r| r.error(PITCH).to_degrees())),

@@ -75,13 +75,12 @@ pub fn tuning(subject: &Subject) -> Result<Found, Error> {
     let all = all.into_iter().collect::<Result<Vec<_>, _>>()?;
     let step = subject.stored.manoeuvre.step("pitch").to_degrees();
     let text = format!(
-        "W_e is given another bandwidth and the (nominal) controller is synthesised again each time; \
-            everything else is as in the design file. Impulses, bandwidths and damping are of the linear loop \
-            at frozen speed as it flies: true linearisation, sampled controller, lags of the actuators. Steps \
-            of {step:.0} deg are flown by the nonlinear vehicle with the sampled autopilot, actuator lags and \
-            limits.{}",
+        "The (nominal) controller is synthesised again for each bandwidth of W_e; everything else is as in the \
+            design file. Impulses, bandwidths and damping are those of the linear loop at frozen speed as \
+            implemented: true linearisation, sampled controller, lags of the actuators. Steps of {step:.0} deg are \
+            simulated with the nonlinear vehicle, the sampled autopilot, and lags and limits of the actuators.{}",
         if all.iter().flat_map(|t| &t.responses).any(|r| r.cost.is_nan()) {
-            " Some of these flights end at the surface, before their time: - is what they do not tell."
+            " Some of these simulations end early at the surface: - means unknown."
         } else {
             ""
         }
@@ -160,8 +159,8 @@ fn figure(subject: &Subject, all: &[Tuned]) -> Figure {
     Figure {
         name: "fig5-pitch-responses".into(),
         caption: format!(
-            "Pitch of {} at six speeds after an impulse of the demand (above: pitch in degrees for a demand of \
-                1 deg during 1 s, pressed into an instant) and after a step (below).",
+            "Pitch of {} at six speeds after an impulse of the reference (above: pitch in degrees for an impulse of \
+                1 deg s) and after a step (below).",
             subject.name()
         ),
         keys,
@@ -180,7 +179,7 @@ fn table(subject: &Subject, all: &[Tuned]) -> Table {
         "actuator use %",
         "bandwidth (rad/s)",
         "damping of the modes",
-        "damping as seen",
+        "damping of the response",
     ]);
     for tuned in all {
         for (v, r) in subject.speeds.iter().zip(&tuned.responses) {
@@ -212,16 +211,16 @@ fn damping_claim(all: &[Tuned]) -> Claim {
     Claim {
         claim: "the closed loop is well damped at all speeds (Fig. 5).",
         criterion: format!(
-            "at each of the six speeds and three bandwidths, of the loop as it flies, both the least damping \
-                ratio of its modes and the one that its impulse response shows (by the logarithmic decrement \
-                of its largest swing back, which zeros make larger, too) at least {LEAST_DAMPING}, the least \
-                in the best class of short-period damping in MIL-F-8785C."
+            "at each of the six speeds and three bandwidths, for the loop as implemented, both the smallest damping \
+                ratio of its modes and the one of its impulse response (by the logarithmic decrement of its largest \
+                reversal, which zeros also increase) are at least {LEAST_DAMPING}, the lower limit of the best class \
+                of short-period damping in MIL-F-8785C."
         ),
         finding: well_damped(&both),
         because: format!(
-            "Of the modes {} of {} reach it, the least with {:.3}; of the responses {} of {}, the least with \
-                {:.3}. In continuous time the least \
-             are {:.3} and {:.3}. The largest overshoot of a flown step is {:.1} %.",
+            "Of the modes {} of {} satisfy it, the smallest ratio being {:.3}; of the responses {} of {}, with \
+                {:.3}. In continuous time the smallest ratios are {:.3} and {:.3}. The largest overshoot of a \
+                simulated step is {:.1} %.",
             enough(&mode_damping),
             mode_damping.len(),
             least(&mode_damping),
@@ -247,9 +246,9 @@ fn bandwidth_claim(all: &[Tuned]) -> Claim {
     Claim {
         claim: "the bandwidth of the closed loop is below 1 rad/s at all speeds (section 4).",
         criterion: format!(
-            "the highest frequency at which |T| of pitch is 1/sqrt(2), of the loop as it flies, largest over \
-                the six speeds, below {CLAIMED_BANDWIDTH} rad/s for \
-             each of the three bandwidths of the weight; for some of them confirms it partly."
+            "the highest frequency at which |T| of pitch is 1/sqrt(2), for the loop as implemented and as the \
+                largest value over the six speeds: confirmed if below {CLAIMED_BANDWIDTH} rad/s for each of the \
+                three bandwidths of the weight, partly confirmed for some of them."
         ),
         finding: all_below(&found, CLAIMED_BANDWIDTH),
         because: format!("The largest is {}. In continuous time it is {}.", text(&found), text(&ideal)),
@@ -291,7 +290,7 @@ fn best_claim(all: &[Tuned]) -> Claim {
         .iter()
         .map(|(name, values)| match least(values) {
             Some(at) => format!("{at} by {name}"),
-            None => format!("none alone by {name}"),
+            None => format!("no single one by {name}"),
         })
         .collect();
     let is_between = |values: &&Vec<(f64, f64)>| {
@@ -301,10 +300,9 @@ fn best_claim(all: &[Tuned]) -> Claim {
     Claim {
         claim: "from the point of view of time simulation w_b = 0.23 is the best of the three (section 4).",
         criterion:
-            "which bandwidth has the least of four costs of the flown steps over the six speeds: ITAE \
-            (the time-weighted error), the worst settling time, the worst overshoot, the worst use of an \
-            actuator. The paper does not say by what it chose; the best by all four confirms it, by some \
-            partly."
+            "the bandwidth with the smallest of four costs of the simulated steps over the six speeds: ITAE (the \
+            time-weighted error), worst settling time, worst overshoot, worst actuator use. The paper does not state \
+            its criterion; confirmed if it is the best by all four costs, partly confirmed if by some."
                 .into(),
         finding: best(PREFERRED, &measures),
         because: format!(
