@@ -100,21 +100,27 @@ fn command(
     let used = || actuators.iter().zip(&outputs).filter(|(_, output)| **output != 0.0).map(|(a, _)| a);
     let effect: f64 = outputs.iter().zip(effects).map(|(output, effect)| output * effect).sum();
     let turns = format!("turns the vehicle in {}", pid.turn.angle);
-    let required = [turns.as_str(), "pushes the vehicle along its hull"][axis];
+    let required = [turns.as_str(), "exerts a force along the hull"][axis];
     if effect == 0.0 || !effect.is_finite() {
-        return refuse("without effect", &format!("of actuators of which one {required}"));
+        return refuse("without effect", &format!("of actuators at least one of which {required}"));
     }
     let surfaces = used().filter(|a| is_surface(a)).count();
     let (drive, unit) = match (axis, surfaces, used().count()) {
         (1, 0, _) => (Drive::Force, effect.abs()),
-        (1, ..) => return refuse("of a control surface", "of thrusters, which alone push along the hull"),
+        (1, ..) => {
+            return refuse(
+                "of a control surface",
+                "of thrusters, the only actuators with a force along the \
+            hull",
+            );
+        }
         (_, 0, _) => (Drive::Moment, effect.abs()),
         (_, some, all) if some == all => {
             (Drive::Deflection, outputs.iter().fold(0.0, |most: f64, output| most.max(output.abs())))
         }
         _ => {
-            let allowed = "either of control surfaces, for gains such as \"deg/deg\", or of thrusters, for \
-                         \"N.m/rad\": state it as { ACTUATOR = SHARE, ... }";
+            let allowed = "either of control surfaces (gains such as \"deg/deg\") or of thrusters (\"N.m/rad\"), in \
+                         the form { ACTUATOR = SHARE, ... }";
             return refuse("of both control surfaces and thrusters", allowed);
         }
     };

@@ -114,7 +114,7 @@ pub fn read_file(text: &str, file: &str) -> Result<Pid, FileError> {
     let found = table.and_then(|table| {
         let found = read(&table, file)?;
         if found.is_none() {
-            table.not_allowed("kind", "\"full\"", "\"pid\" here: the command proves given gains");
+            table.not_allowed("kind", "\"full\"", "\"pid\", because this command proves given gains");
         }
         found
     });
@@ -137,9 +137,9 @@ pub fn read(table: &Table<'_>, file: &str) -> Option<Option<Pid>> {
         table.not_allowed(
             "integrator",
             "\"scheduled input\"",
-            "\"scheduled output\", the default, with the same gains: ki ki(V) times the integral of the error. A gain \
-             before the integrator is refused, because a speed that moves in step with the error leaves a mean error \
-             there, which costs a factor of a hundred in the proved gain",
+            "\"scheduled output\" (the default) with the same gains, ki(V) times the integral of the error: with a \
+             gain before the integrator, a speed that varies in phase with the error leaves a mean error, which \
+             increases the proved gain a hundredfold",
         );
     }
     let turn = table
@@ -188,7 +188,12 @@ fn turn(table: &Table<'_>, angle: Angle) -> Option<TurnLoop> {
     keys.extend(follows.then_some("feedforward"));
     table.allow_only(&keys);
     if follows && table.has("reference_weight") {
-        table.not_allowed("reference_weight", "given", "left out beside 'model', which shapes the reference");
+        table.not_allowed(
+            "reference_weight",
+            "given",
+            "omitted if 'model' is given, because the model shapes the \
+            reference",
+        );
     }
     let (kp, ki, kd) = (gain(table, "kp"), optional_gain(table, "ki"), optional_gain(table, "kd"));
     let feedforward = if follows { optional_gain(table, "feedforward") } else { Some(None) };
@@ -222,7 +227,7 @@ fn depth(table: &Table<'_>) -> Option<DepthLoop> {
             Law::Table { .. } => true,
         });
         if scheduled {
-            let allowed = "one number: it multiplies the gains of pitch, which may depend on speed";
+            let allowed = "one number, because it multiplies the pitch gains, which may depend on speed";
             table.not_allowed(key, "a function of speed", allowed);
         }
     };
@@ -240,13 +245,13 @@ fn speed(table: &Table<'_>) -> Option<SpeedLoop> {
 
 fn reference_weight(table: &Table<'_>, default: f64) -> Option<f64> {
     table.or("reference_weight", default, |table, key| {
-        table.number(key, |v| (0.0..=10.0).contains(&v), "from 0 to 10; 1 for the error itself")
+        table.number(key, |v| (0.0..=10.0).contains(&v), "from 0 to 10 (1: the error itself)")
     })
 }
 
 fn rolloff(table: &Table<'_>) -> Option<f64> {
     table.or("rolloff", 0.0, |table, key| {
-        table.number(key, |v| v > 0.0 && v <= LONGEST, "above 0, at most 1000 (s), or left out")
+        table.number(key, |v| v > 0.0 && v <= LONGEST, "above 0, at most 1000 (s), or omitted")
     })
 }
 
@@ -270,7 +275,7 @@ fn gain(table: &Table<'_>, key: &str) -> Option<Given> {
     gain.allow_only(&["value", "table", "degree", "unit"]);
     let law = match (gain.has("value"), gain.has("table")) {
         (true, true) => {
-            gain.not_allowed("table", "given", "left out beside 'value'");
+            gain.not_allowed("table", "given", "omitted if 'value' is given");
             None
         }
         (false, true) => over_speed(&gain),
@@ -282,13 +287,17 @@ fn gain(table: &Table<'_>, key: &str) -> Option<Given> {
 
 fn polynomial(gain: &Table<'_>) -> Option<Law> {
     if gain.has("degree") {
-        gain.not_allowed("degree", "given", "left out beside 'value', whose length says it");
+        gain.not_allowed(
+            "degree",
+            "given",
+            "omitted if 'value' is given, whose length determines the degree",
+        );
     }
-    let allowed = "a number, or up to three: the coefficients of 1, rho and rho^2 with rho from -1 at the lowest to 1 \
-                 at the highest speed";
+    let allowed = "a number, or up to three coefficients of 1, rho and rho^2, where rho is -1 at the lowest and 1 at \
+                 the highest speed";
     let all = gain.numbers("value", allowed)?;
     if all.len() > HIGHEST + 1 || all.is_empty() {
-        gain.not_allowed("value", format!("a list of {}", all.len()), allowed);
+        gain.not_allowed("value", format!("a list of length {}", all.len()), allowed);
         return None;
     }
     Some(Law::Polynomial(all))
@@ -303,7 +312,7 @@ fn over_speed(gain: &Table<'_>) -> Option<Law> {
     let most = HIGHEST.min(points.len() - 1);
     let degree = gain.or("degree", most, |gain, key| gain.whole(key, |v| v <= HIGHEST, "from 0 to 2"))?;
     if degree >= points.len() {
-        let allowed = format!("{} points or more for a polynomial of degree {degree}", degree + 1);
+        let allowed = format!("at least {} points for a polynomial of degree {degree}", degree + 1);
         gain.not_allowed("table", format!("{} points", points.len()), allowed);
         return None;
     }

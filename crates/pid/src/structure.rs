@@ -288,9 +288,10 @@ impl Builder<'_> {
             None => {
                 let tracked: Vec<&str> = all.iter().map(|port| port.signal).collect();
                 let allowed = format!(
-                    "a loop of what the design tracks, with references apart from measurements: {} tracks {} that way",
+                    "a loop of a tracked output whose reference is separate from its measurement; in {} these are: \
+                        {}",
                     self.vehicle.design,
-                    if tracked.is_empty() { "nothing".into() } else { tracked.join(" and ") }
+                    if tracked.is_empty() { "none".into() } else { tracked.join(" and ") }
                 );
                 self.refuse(line, key, &format!("a loop of {signal}"), &allowed)
             }
@@ -308,7 +309,7 @@ impl Builder<'_> {
             None => {
                 let found = format!("a gain on {signal}, which {design} does not measure");
                 let allowed =
-                    format!("left out, or {design} must have a [[measure]] with signal = \"{signal}\"");
+                    format!("omitted, or {design} must have a [[measure]] with signal = \"{signal}\"");
                 self.refuse(line, key, &found, &allowed)
             }
         }
@@ -353,14 +354,11 @@ impl Builder<'_> {
         let side = if sign > 0.0 { "above 0" } else { "below 0, with this [controller.allocation]," };
         let allowed = match (gain == 0.0, integral) {
             (true, true) => format!(
-                "{side} at every speed, or left out: an integrator without gain holds what it has, and no bound could \
-                 be proved"
+                "{side} at every speed, or omitted (the output of an integrator with zero gain stays constant, and \
+                 no bound could be proved)"
             ),
-            (true, false) => format!("{side} at every speed, or left out"),
-            (false, _) => format!(
-                "{side} at every speed: with the other sign it is positive feedback, which drives the vehicle away \
-                 from its reference"
-            ),
+            (true, false) => format!("{side} at every speed, or omitted"),
+            (false, _) => format!("{side} at every speed, because the other sign is positive feedback"),
         };
         self.refuse(given.line, &given.key, &found, &allowed)
     }
@@ -376,8 +374,8 @@ impl Builder<'_> {
         let pid = self.pid;
         let Some(depth) = &pid.depth else {
             if self.vehicle.layout.references.iter().any(|port| port.signal == "depth") {
-                let allowed = format!("there: {} tracks depth", self.vehicle.design);
-                return self.refuse(pid.line, "controller.depth", "left out", &allowed);
+                let allowed = format!("given, because {} tracks depth", self.vehicle.design);
+                return self.refuse(pid.line, "controller.depth", "missing", &allowed);
             }
             return self.reference(
                 pid.turn.angle.name(),
@@ -428,7 +426,7 @@ impl Builder<'_> {
             let rate = self.filtered(&format!("filtered {angle} rate"), rate, unit, angle_loop.rolloff);
             self.gain(kd, &units(Role::Derivative), axis, target_rate - rate)?;
         } else if angle_loop.rolloff > 0.0 {
-            let allowed = "left out: without kd there is no rate to filter";
+            let allowed = "omitted, because without kd no rate is filtered";
             return self.refuse(angle_loop.line, &format!("{key}.rolloff"), "given", allowed);
         }
         if let Some(feedforward) = &angle_loop.feedforward {
@@ -464,15 +462,15 @@ impl Builder<'_> {
         let (speed_loop, allocation) = match (&pid.speed, allocation) {
             (None, None) => return Ok(()),
             (None, Some(_)) => {
-                let allowed = format!("there: {} tracks speed", self.vehicle.design);
+                let allowed = format!("given, because {} tracks speed", self.vehicle.design);
                 return if self.vehicle.layout.references.iter().any(|port| port.signal == "speed") {
-                    self.refuse(pid.line, key, "left out", &allowed)
+                    self.refuse(pid.line, key, "missing", &allowed)
                 } else {
                     Ok(())
                 };
             }
             (Some(given), None) => {
-                let allowed = "left out: the speed of this vehicle is given from outside";
+                let allowed = "omitted, because the speed of this vehicle is imposed from outside";
                 return self.refuse(given.line, key, "given", allowed);
             }
             (Some(given), Some(allocation)) => (given, allocation),

@@ -57,25 +57,25 @@ const SET: fn(f64) -> bool = |value| value != 0.0;
 
 /// Suffixes of parameters that must be 0, with the reason: other values make another law.
 const ZERO: [(&str, &str); 2] = [
-    ("FF", "a feedforward of the wanted rate has no counterpart in squid"),
-    ("D_FF", "a feedforward of the wanted acceleration has no counterpart in squid"),
+    ("FF", "squid has no feedforward of the rate reference"),
+    ("D_FF", "squid has no feedforward of the acceleration reference"),
 ];
 
 /// Suffixes of parameters without counterpart, with the reason.
 const LEFT_OUT: [(&str, &str); 9] = [
-    ("D", "it acts on the acceleration of the angle: what these gains prove is the loop without it"),
-    ("FLTD", "Hz, the filter of that acceleration"),
-    ("FLTT", "Hz, a filter of the wanted rate w, and so of the error of the angle"),
+    ("D", "it acts on the angular acceleration; the proof is for the loop without it"),
+    ("FLTD", "Hz, the filter of the angular acceleration"),
+    ("FLTT", "Hz, a filter of the rate reference w, and thus of the angle error"),
     ("FLTE", "Hz, a filter of the rate error, a lag of 1/(2 pi f) in the loop"),
-    ("IMAX", "a limit of the integral term, a share of the full output"),
-    ("SMAX", "a limit of the rate of the output"),
-    ("PDMX", "a limit of the terms of kp and kd"),
-    ("NTF", "a notch filter of the wanted rate"),
+    ("IMAX", "a limit of the integral term, as a fraction of the full output"),
+    ("SMAX", "a rate limit of the output"),
+    ("PDMX", "a limit of the proportional and derivative terms"),
+    ("NTF", "a notch filter of the rate reference"),
     ("NEF", "a notch filter of the rate error"),
 ];
 
 const OUTSIDE: &str =
-    "Outside: the square root of a large error, and the reference's shaping (ATC_INPUT_TC).";
+    "Not included: the square root law for large errors, and the shaping of the reference (ATC_INPUT_TC).";
 
 /// Numbers read from a file.
 struct Read {
@@ -103,7 +103,7 @@ fn source<'a>(text: &'a str, file: &'a str) -> Source<'a> {
 /// Reads the parameters that import and export need.
 fn read(source: &Source<'_>, angle: Angle, names: &Names, missing: &Missing) -> Result<Read, FileError> {
     let gain = |key: &str, what: &str| source.required(key, 1, &format!("{what}, a parameter of ArduSub"));
-    let outer = gain(&names.angle, &format!("the gain from the {angle} error to the wanted rate"))?;
+    let outer = gain(&names.angle, &format!("the gain from the {angle} error to the rate reference"))?;
     let rate = gain(&names.rate, "the gain from the rate error to the output")?;
     let integral = gain(&names.integral, "the gain on the integral of the rate error")?;
     source.require_positive(&outer, 0)?;
@@ -113,15 +113,14 @@ fn read(source: &Source<'_>, angle: Angle, names: &Names, missing: &Missing) -> 
         if let Some(Numbers { line, values, .. }) = source.optional(&key, 1)?
             && values[0] != 0.0
         {
-            return source.refuse(line, &key, squid_auv::number(values[0]), format!("0: {why}"));
+            return source.refuse(line, &key, squid_auv::number(values[0]), format!("0, because {why}"));
         }
     }
     let Some(full) = missing.full_output else {
         let hint = missing.hint.as_ref().map_or_else(String::new, |hint| format!(" ({hint})"));
-        let found =
-            "a share of the full output per rad/s, and the moment of the full output is not in the file";
+        let found = "a fraction of the full output per rad/s, and the file does not contain the moment at full output";
         let allowed =
-            format!("given with --full-output MOMENT, the moment in {angle} at output 1 in N.m{hint}");
+            format!("accompanied by --full-output MOMENT, the moment in {angle} at output 1 in N.m{hint}");
         return source.refuse(rate.line, &names.rate, found, allowed);
     };
     Ok(Read { angle: outer, rate, integral, full })
@@ -132,8 +131,10 @@ fn check_integral_limit(source: &Source<'_>, names: &Names, ki: f64) -> Result<(
     let limit = names.integral_limit();
     match source.optional(&limit, 1)? {
         Some(Numbers { line, values, .. }) if values[0] == 0.0 && ki > 0.0 => {
-            let allowed =
-                format!("above 0, or {} must be 0: this limit holds the integral at 0", names.integral);
+            let allowed = format!(
+                "above 0, or {} must be 0, because a limit of 0 disables the integral",
+                names.integral
+            );
             source.refuse(line, &limit, "0", allowed)
         }
         _ => Ok(()),
@@ -146,7 +147,7 @@ pub(crate) fn import(of: Angle, text: &str, file: &str, missing: &Missing) -> Re
     let Read { angle, rate, integral, full } = read(&source, of, &names, missing)?;
     let gains = [&angle, &rate, &integral].map(|numbers| numbers.values[0]);
     check_integral_limit(&source, &names, gains[2])?;
-    let mut law = law(of, [&names.angle, &names.rate, &names.integral], "output, of which 1 is the full one");
+    let mut law = law(of, [&names.angle, &names.rate, &names.integral], "output (1 is full output)");
     law.push(OUTSIDE.into());
     let mut found = Import::new(of, law);
     let one = |numbers: &Numbers| {
@@ -176,8 +177,8 @@ pub(crate) fn import(of: Angle, text: &str, file: &str, missing: &Missing) -> Re
 /// Writes the gains.
 pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Result<Export, FileError> {
     let plain = Plain::of(pid)?;
-    plain.require(pid, Drive::Moment, "the output of ArduSub is a share of a moment")?;
-    no_depth(pid, "the parameters of ArduSub for depth are of another law")?;
+    plain.require(pid, Drive::Moment, "the output of ArduSub is a fraction of a moment")?;
+    no_depth(pid, "the depth parameters of ArduSub belong to another control law")?;
     let (source, names) = (source(text, file), Names::of(pid.turn.angle));
     let Read { angle, rate, integral, full } = read(&source, pid.turn.angle, &names, missing)?;
     check_integral_limit(&source, &names, plain.turn[1])?;

@@ -22,7 +22,7 @@ const WEIGHT_TOLERANCE: f64 = 1e-4;
 pub(crate) fn law(angle: Angle, keys: [&str; 3], output: &str) -> Vec<String> {
     let ([ka, kp, ki], [x, rate]) = (keys, angle.symbols());
     vec![
-        format!("Loop order: {angle} error -> wanted rate w -> rate error -> {output}."),
+        format!("Loop order: {angle} error -> rate reference w -> rate error -> {output}."),
         format!("w = ka (r - {x}), ka = {ka} in 1/s"),
         format!("output = kp (w - {rate}) + ki int (w - {rate}) dt"),
         format!("       = (kp ka + ki) (b r - {x}) + ki ka int (r - {x}) dt - kp {rate}"),
@@ -46,14 +46,14 @@ pub(crate) fn cascade_of(pid: &Pid, plain: &Plain, autopilot: &str) -> Result<[f
         Err(not_allowed(&pid.file, line, &format!("controller.{angle}.{key}"), found, allowed))
     };
     if kd == 0.0 {
-        let allowed = format!("given: {autopilot} reaches {angle} through the rate, kp = kd");
-        return refuse("kd", line, "left out".into(), allowed);
+        let allowed = format!("given, because the rate loop of {autopilot} has the gain kp = kd");
+        return refuse("kd", line, "missing".into(), allowed);
     }
     let ratio = 4.0 * kd * ki / (k * k);
     if ratio > 1.0 + 1e-9 {
         let (found, most) = (squid_auv::rounded(ki), squid_auv::rounded(k * k / (4.0 * kd)));
         let allowed = format!(
-            "at most kp^2/(4 kd) = {most} {}: a P loop around a PI of the rate has no more integral than that",
+            "at most kp^2/(4 kd) = {most} {}, the largest integral gain of a P loop around a PI rate loop",
             plain.drive.units(Role::Integral)[0].0
         );
         return refuse("ki", pid.turn.ki.as_ref().map_or(line, |ki| ki.line), found, allowed);
@@ -65,8 +65,10 @@ pub(crate) fn cascade_of(pid: &Pid, plain: &Plain, autopilot: &str) -> Result<[f
     let possible = &weights[..if ki > 0.0 { 2 } else { 1 }];
     let Some(weight) = possible.iter().find(|weight| (*weight - given).abs() <= WEIGHT_TOLERANCE) else {
         let allowed: Vec<String> = possible.iter().map(|weight| format!("{weight:.6}")).collect();
-        let allowed =
-            format!("{}: with these kp, ki and kd that of {autopilot}'s cascade", allowed.join(" or "));
+        let allowed = format!(
+            "{}, the reference weight of {autopilot}'s cascade with these kp, ki and kd",
+            allowed.join(" or ")
+        );
         return refuse("reference_weight", line, squid_auv::number(given), allowed);
     };
     let ka = weight * k / kd;

@@ -64,13 +64,13 @@ const LOOPS: [Loop; 3] = [
         flags: &[(
             "[Control.AUV.Attitude] Heading Rate Open Loop",
             |v| v == "false",
-            "false: the rate is otherwise not controlled",
+            "false, because otherwise the rate is not controlled",
         )],
         left_out: &[
             (
                 "[Control.AUV.Attitude] Maximum Heading Rate",
                 |_| true,
-                "a limit of the wanted rate in deg/s; the autopilot of squid limits its reference by 'slope'",
+                "a limit of the rate reference in deg/s; the autopilot of squid limits its reference by 'slope'",
             ),
             (
                 "[Control.AUV.Attitude] Heading Rate Integral Limit",
@@ -89,12 +89,12 @@ const LOOPS: [Loop; 3] = [
             (
                 "[Control.AUV.Attitude] Enable roll controller",
                 |v| v == "true",
-                "true: the gains are otherwise not flown",
+                "true, because otherwise the gains are not used",
             ),
             (
                 "[Control.AUV.Attitude] Roll Compensation -- Use Speed",
                 |v| v == "false",
-                "false: kp otherwise depends on the speed in a way of its own",
+                "false, because otherwise kp depends on the speed",
             ),
         ],
         left_out: &[
@@ -102,7 +102,7 @@ const LOOPS: [Loop; 3] = [
             (
                 "[Control.AUV.Attitude] Roll Compensation -- Offset Angle",
                 |v| v != 0.0,
-                "a reference of roll other than 0, deg",
+                "a nonzero roll reference, deg",
             ),
         ],
     },
@@ -113,18 +113,27 @@ type Flag = (&'static str, fn(&str) -> bool, &'static str);
 
 /// Flags that change, or may change, the law of every angle.
 const FLAGS: [Flag; 4] = [
-    ("[Control.AUV.Attitude] Enabled", |v| v != "never", "not Never: the gains are otherwise not flown"),
+    (
+        "[Control.AUV.Attitude] Enabled",
+        |v| v != "never",
+        "anything but Never, because otherwise the gains are not \
+        used",
+    ),
     (
         "[Control.AUV.Attitude] Error Attitude Compensation",
         |v| v == "false",
-        "false: the attitude error itself is otherwise the command",
+        "false, because otherwise the attitude error is the command",
     ),
     (
         "[Control.AUV.Allocator] Fin effect Velocity dependent",
         |v| v == "false",
-        "false: the gain to the fins otherwise depends on the speed",
+        "false, because otherwise the gain to the fins depends on the speed",
     ),
-    ("[Control.AUV.LMI] Enabled", |v| v == "never", "Never: that task may otherwise command the fins"),
+    (
+        "[Control.AUV.LMI] Enabled",
+        |v| v == "never",
+        "Never, because otherwise that task may command the fins",
+    ),
 ];
 
 /// Keys without counterpart: a test that the value is worth reporting, and the reason.
@@ -132,7 +141,7 @@ const LEFT_OUT_OF_PITCH: [Unread; 7] = [
     (
         "[Control.AUV.Attitude] Maximum Pitch Actuation",
         |_| true,
-        "a limit of m in deg; squid has those of the vehicle",
+        "a limit of m in deg; squid uses the limits of the vehicle",
     ),
     ("[Control.AUV.Attitude] Pitch Integral Limit", |v| v > 0.0, "a limit of the integral term, deg"),
     (
@@ -143,30 +152,25 @@ const LEFT_OUT_OF_PITCH: [Unread; 7] = [
     (
         "[Control.AUV.Attitude] Depth-to-pitch PID sampling rate relation",
         |v| v != 1.0,
-        "the depth loop takes fewer samples than that of pitch",
+        "the depth loop runs at a lower rate than the pitch loop",
     ),
-    (
-        "[Control.AUV.Attitude] Altitude PID Gains",
-        |_| true,
-        "altitude above the bottom is no output of squid",
-    ),
+    ("[Control.AUV.Attitude] Altitude PID Gains", |_| true, "squid has no altitude loop"),
     (
         "[Control.AUV.Speed] MPS PID Gains",
         |_| true,
-        "they give revolutions, and the file has no thrust of those in N",
+        "they command revolutions, and the file does not contain the resulting thrust in N",
     ),
     (
         "[Control.AUV.Speed] RPMs PID Gains",
         |_| true,
-        "they give a share of the thrust, whose N are not in the file",
+        "they command a fraction of the thrust, and the file does not contain the thrust in N",
     ),
 ];
 
-const NO_DEPTH: &str = "kd on the vertical speed has no counterpart in squid's depth loop, which is left out: prove \
-                        pitch alone, or set that kd to 0";
+const NO_DEPTH: &str = "squid's depth loop has no kd on the vertical speed, so the depth loop is omitted; prove \
+                        pitch alone, or set this kd to 0";
 
-const NO_ACCELERATION: &str =
-    "kd of the rate acts on the acceleration: what these gains prove is the loop without it";
+const NO_ACCELERATION: &str = "kd of the rate acts on the acceleration; the proof is for the loop without it";
 
 /// Numbers read from a file.
 struct Read {
@@ -250,8 +254,8 @@ fn source<'a>(text: &'a str, file: &'a str) -> Result<(Source<'a>, bool), FileEr
                     return source.refuse(
                         line,
                         plain,
-                        format!("changed by '{option}'"),
-                        "given as a whole by '='",
+                        format!("modified by '{option}'"),
+                        "set completely by '='",
                     );
                 }
                 source.push(key, line, begin, whole, value);
@@ -266,11 +270,8 @@ fn source<'a>(text: &'a str, file: &'a str) -> Result<(Source<'a>, bool), FileEr
 
 /// Reads the numbers that import and export need.
 fn read(own: &Loop, source: &Source<'_>, has_includes: bool) -> Result<Read, FileError> {
-    let included = if has_includes {
-        "; files that this one includes are not read: name the one that has it"
-    } else {
-        ""
-    };
+    let included =
+        if has_includes { "; included files are not read: give the file that contains it" } else { "" };
     let meaning = |of: &str| format!("kp, ki and kd of {of}, as in etc/auv/control.ini of DUNE{included}");
     let turn = source.required(own.gains, 3, &meaning(own.angle.name()))?;
     source.require_positive(&turn, 0)?;
@@ -279,7 +280,8 @@ fn read(own: &Loop, source: &Source<'_>, has_includes: bool) -> Result<Read, Fil
         source.require_positive(rate, 0)?;
         if turn.values[1] > 0.0 || turn.values[2] > 0.0 {
             let found = format!("with ki = {} and kd = {}", turn.values[1], turn.values[2]);
-            let allowed = "with ki = 0 and kd = 0, around the loop of the rate: the law is otherwise no PID";
+            let allowed = "combined with ki = 0 and kd = 0 around the rate loop, because otherwise the law is not a \
+                PID";
             return source.refuse(turn.line, own.gains, found, allowed);
         }
     }
@@ -298,10 +300,9 @@ fn read(own: &Loop, source: &Source<'_>, has_includes: bool) -> Result<Read, Fil
             (numbers.values[0], format!("line {}", numbers.line))
         }
         None if has_includes => {
-            let found = "not in this file, which includes others";
+            let found = "missing in this file, which includes others";
             let allowed = format!(
-                "written in it, because the fins' angle is {}/({count} {}); in DUNE it is {default} unless a file sets \
-                 another",
+                "given in it, because the angle of the fins is {}/({count} {}); the default of DUNE is {default}",
                 own.moment,
                 option(key)
             );
@@ -417,9 +418,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str) -> Result<Export, FileEr
         (None, Some(_)) => {
             source.required(DEPTH, 3, "[controller.depth] must be written to it")?;
         }
-        (Some(depth), None) => {
-            notes.push(format!("'Depth PID Gains' (line {}) stay as they are.", depth.line))
-        }
+        (Some(depth), None) => notes.push(format!("'Depth PID Gains' (line {}) are unchanged.", depth.line)),
         (None, None) => {}
     }
     let (text, changes) = source.replaced(&new);

@@ -106,7 +106,7 @@ impl Import {
     /// Returns everything worth reporting besides the gains, one sentence each.
     pub fn notes(&self) -> Vec<String> {
         let left = |LeftOut { line, key, value, why }: &LeftOut| {
-            format!("Left out: {key} = {value} (line {line}): {why}.")
+            format!("Omitted: {key} = {value} (line {line}): {why}.")
         };
         let speed = self.gains.iter().any(|gain| gain.table == "speed");
         let pitches = self.angle == Angle::Pitch;
@@ -171,7 +171,9 @@ pub(crate) fn left_out(
 /// Returns notes that these values stay unchanged in the exported file.
 pub(crate) fn unchanged_notes(all: &[LeftOut]) -> Vec<String> {
     all.iter()
-        .map(|LeftOut { line, key, value, why }| format!("{key} = {value} (line {line}) stays: {why}."))
+        .map(|LeftOut { line, key, value, why }| {
+            format!("{key} = {value} (line {line}) is unchanged: {why}.")
+        })
         .collect()
 }
 
@@ -216,7 +218,7 @@ impl Plain {
         let angle_loop = &pid.turn;
         let refuse = |key: &str| {
             let key = format!("controller.{}.{key}", angle_loop.angle);
-            let allowed = "left out: the autopilot has nothing to write it to";
+            let allowed = "omitted, because the autopilot has no such parameter";
             Err(not_allowed(&pid.file, angle_loop.line, &key, "given", allowed))
         };
         if angle_loop.model.is_some() {
@@ -250,7 +252,7 @@ impl Plain {
         }
         let given = &pid.turn.kp;
         let found = format!("in \"{}\"", given.unit);
-        let allowed = format!("in {}: {what}", drive.units(Role::Proportional)[0].0);
+        let allowed = format!("in {}, because {what}", drive.units(Role::Proportional)[0].0);
         Err(not_allowed(&pid.file, given.line, &given.key, found, allowed))
     }
 }
@@ -262,14 +264,15 @@ pub(crate) fn no_weight(pid: &Pid) -> Result<(), FileError> {
         return Ok(());
     }
     let key = format!("controller.{}.reference_weight", pid.turn.angle);
-    let allowed = "1, or left out: kp of this autopilot acts on the error itself";
+    let allowed = "1 or omitted, because kp of this autopilot acts on the error itself";
     Err(not_allowed(&pid.file, pid.turn.line, &key, squid_auv::number(weight), allowed))
 }
 
 /// Refuses a depth loop.
 pub(crate) fn no_depth(pid: &Pid, why: &str) -> Result<(), FileError> {
-    let refused =
-        |line: usize| not_allowed(&pid.file, line, "controller.depth", "given", format!("left out: {why}"));
+    let refused = |line: usize| {
+        not_allowed(&pid.file, line, "controller.depth", "given", format!("omitted, because {why}"))
+    };
     pid.depth.as_ref().map_or(Ok(()), |depth| Err(refused(depth.line)))
 }
 
@@ -277,10 +280,10 @@ pub(crate) fn no_depth(pid: &Pid, why: &str) -> Result<(), FileError> {
 pub(crate) fn not_written(pid: &Pid, speed: bool) -> Vec<String> {
     let candidates = [
         (!speed && pid.speed.is_some(), "[controller.speed]: the file has no gains from speed to thrust"),
-        (pid.tracking_time.is_some(), "tracking_time: the autopilot limits its integral in its own way"),
+        (pid.tracking_time.is_some(), "tracking_time: the autopilot limits its integral differently"),
         (
             pid.turn_shares.is_some() || pid.speed_shares.is_some(),
-            "[controller.allocation]: the autopilot has its own",
+            "[controller.allocation]: the autopilot has its own allocation",
         ),
     ];
     candidates.iter().filter(|(given, _)| *given).map(|(_, note)| format!("Not written: {note}.")).collect()
@@ -298,11 +301,12 @@ fn number(pid: &Pid, given: Option<&Given>, units: &[Unit]) -> Result<f64, FileE
     let (coefficients, _) = given.coefficients(&pid.file, units, (0.0, 1.0))?;
     match coefficients[..] {
         [value] if value > 0.0 => Ok(value),
-        [value] => {
-            refuse(squid_auv::number(value), "above 0, or left out: gains of this autopilot are positive")
-        }
+        [value] => refuse(
+            squid_auv::number(value),
+            "above 0 or omitted, because gains of this autopilot are positive",
+        ),
         _ => refuse("a function of speed".into(), CONSTANT),
     }
 }
 
-const CONSTANT: &str = "one number: the autopilot has one gain for all speeds";
+const CONSTANT: &str = "one number, because the autopilot has one gain for all speeds";

@@ -23,16 +23,17 @@ const KEYS: [(&str, &str, Role); 3] = [
 const LAW: [&str; 3] = [
     "Loop order: pitch error -> stern planes; angles in rad.",
     "delta_s = Kp_theta (theta_d - theta) + Ki_theta int (theta_d - theta) dt - Kd_theta q",
-    "The sign of the planes is the vehicle's: in squid positive gains raise the bow.",
+    "The sign of the planes is that of the vehicle: in squid positive gains raise the bow.",
 ];
 
-const DEPTH: &str = "MSS goes from depth to theta_d by a gradient law, which squid has not; for the PI of the Python \
-                     Vehicle Simulator, [controller.depth] has kp = Kp_z in rad/m and ki = Kp_z/T_z in rad/(m.s)";
+const DEPTH: &str = "MSS computes theta_d from depth by a gradient law, which squid does not have; for the PI of the \
+                     Python Vehicle Simulator, [controller.depth] has kp = Kp_z in rad/m and ki = Kp_z/T_z in \
+                     rad/(m.s)";
 const LEFT_OUT: [Unread; 4] = [
     ("Kp_z", |_| true, DEPTH),
     ("T_z", |_| true, DEPTH),
     ("k_grad", |_| true, DEPTH),
-    ("K_w", |value| value != 0.0, "a gain on the heave speed: what these gains prove is the loop without it"),
+    ("K_w", |value| value != 0.0, "a gain on the heave speed; the proof is for the loop without it"),
 ];
 
 /// Reads assignments of MATLAB or Python outside comments; the prefix `self.` of a name is dropped.
@@ -70,7 +71,7 @@ fn read(source: &Source<'_>) -> Result<[Option<Numbers>; 3], FileError> {
 pub(crate) fn import(angle: Angle, text: &str, file: &str) -> Result<Import, FileError> {
     let source = source(text, file);
     if angle != Angle::Pitch {
-        let allowed = "pitch for a script of MSS: its laws of heading are no PID with gains of such names";
+        let allowed = "pitch for a script of MSS, because its heading laws are not PIDs with such gains";
         return source.refuse(1, "--axis", angle.name(), allowed);
     }
     let mut found = Import::new(angle, LAW.map(str::to_owned).to_vec());
@@ -94,7 +95,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str) -> Result<Export, FileEr
     let plain = Plain::of(pid)?;
     plain.require(pid, Drive::Deflection, "the script commands stern planes")?;
     no_weight(pid)?;
-    no_depth(pid, "the depth loop of MSS is another law")?;
+    no_depth(pid, "the depth loop of MSS has another control law")?;
     let source = source(text, file);
     let read = read(&source)?;
     let mut new = vec![];

@@ -36,15 +36,14 @@ fn law(angle: Angle) -> Vec<String> {
         format!("Loop order: {angle} error -> {angle} command;{surge} angles in rad."),
         format!("u = p e + int i e dt + d e', e = r - {}", angle.symbols()[0]),
         format!(
-            "In squid kd acts on the rate of {angle}: the loop is the same, a step of the reference is not."
+            "In squid kd acts on the rate of {angle}: the loop is the same, the response to a reference step differs."
         ),
     ]
 }
 
 const LIMIT: &str = "a limit of the integral term";
-const NO_SPEED: &str = "without p the speed loop of squid does not exist";
-const NO_RATE: &str =
-    "the speed loop of squid has no derivative: what these gains prove is the loop without it";
+const NO_SPEED: &str = "the speed loop of squid requires p";
+const NO_RATE: &str = "the speed loop of squid has no derivative; the proof is for the loop without it";
 
 /// An open mapping or sequence of YAML.
 enum Open {
@@ -61,8 +60,8 @@ fn source<'a>(text: &'a str, file: &'a str) -> Result<Source<'a>, FileError> {
     let mut open: Vec<Open> = vec![];
     for event in Parser::new_from_str(text) {
         let (event, span) = event.map_err(|error| {
-            let found = format!("no YAML: {}", error.info());
-            not_allowed(file, error.marker().line(), "control_modes", found, "a mapping of YAML")
+            let found = format!("invalid YAML: {}", error.info());
+            not_allowed(file, error.marker().line(), "control_modes", found, "a YAML mapping")
         })?;
         let (is_key, path) = match open.last() {
             Some(Open::Mapping(None)) => (true, None),
@@ -183,9 +182,9 @@ fn read(source: &Source<'_>, angle: Angle, missing: &Missing) -> Result<Read, Fi
     let turn = gains(own)?;
     let surge = if angle == Angle::Pitch { gains(SURGE)? } else { [None, None, None] };
     let Some(drive) = missing.drive else {
-        let found = format!("in the unit of the {angle} command, which is not in the file");
+        let found = format!("in the unit of the {angle} command, which the file does not contain");
         let line = turn[0].as_ref().map_or(1, |kp| kp.line);
-        let allowed = "given with --unit N.m for thrusters, or --unit rad for planes";
+        let allowed = "accompanied by --unit N.m for thrusters, or --unit rad for control surfaces";
         return source.refuse(line, &kp, found, allowed);
     };
     Ok(Read { mode, turn, surge, drive })
@@ -209,7 +208,7 @@ fn check_integral_limits(source: &Source<'_>, mode: &str, freedom: &str, ki: f64
         line,
         &key,
         found,
-        "0, or i_max above and i_min below 0, where mvp holds the integral; 0 if left out",
+        "0 (the default), or i_max must be above and i_min below 0, because mvp clamps the integral to these",
     )
 }
 
@@ -262,10 +261,10 @@ pub(crate) fn import(angle: Angle, text: &str, file: &str, missing: &Missing) ->
 pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Result<Export, FileError> {
     let plain = Plain::of(pid)?;
     no_weight(pid)?;
-    no_depth(pid, "the depth of mvp is a loop of its own, from depth to a force")?;
+    no_depth(pid, "the depth loop of mvp is separate, from depth to a force")?;
     let source = source(text, file)?;
     let Read { mode, turn, surge, drive } = read(&source, pid.turn.angle, missing)?;
-    plain.require(pid, drive, "that is the --unit given for the file")?;
+    plain.require(pid, drive, "this is the --unit given for the file")?;
     let mut new = vec![];
     let mut write = |numbers: &'_ [Option<Numbers>; 3], freedom: &str, gains: &[f64]| {
         check_integral_limits(&source, &mode, freedom, gains[1])?;
@@ -284,7 +283,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
     let writes_speed = plain.speed.is_some() && surge[0].is_some();
     if let (Some(gains), Some(speed), true) = (plain.speed, &pid.speed, writes_speed) {
         if speed.reference_weight != 0.0 || speed.rolloff > 0.0 {
-            let allowed = "without reference_weight and rolloff: mvp has nothing to write them to";
+            let allowed = "without reference_weight and rolloff, because mvp has no such parameters";
             return Err(not_allowed(&pid.file, speed.line, "controller.speed", "given", allowed));
         }
         write(&surge, SURGE, &gains)?;

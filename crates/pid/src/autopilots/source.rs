@@ -104,7 +104,7 @@ impl<'a> Source<'a> {
                 self.value_text(all[0]),
                 all[0].line
             );
-            return self.refuse(other.line, key, found, "one value: remove the one that is not flown");
+            return self.refuse(other.line, key, found, "one value: remove the unused one");
         }
         Ok(all)
     }
@@ -133,7 +133,7 @@ impl<'a> Source<'a> {
             let number = &self.text[token[0].clone()];
             match number.parse::<f64>() {
                 Ok(value) if value.is_finite() && value >= 0.0 => values.push(value),
-                Ok(_) => return self.refuse(line, key, number, "a number, 0 or above"),
+                Ok(_) => return self.refuse(line, key, number, "a non-negative number"),
                 Err(_) => return self.refuse(line, key, self.quoted(first), NUMBER),
             }
         }
@@ -152,8 +152,8 @@ impl<'a> Source<'a> {
         if values[index] > 0.0 {
             return Ok(());
         }
-        let found = if values.len() > 1 { format!("0 as its number {}", index + 1) } else { "0".into() };
-        self.refuse(*line, key, found, "above 0: without it there is no such loop")
+        let found = if values.len() > 1 { format!("0 in entry {}", index + 1) } else { "0".into() };
+        self.refuse(*line, key, found, "above 0, because the loop requires this gain")
     }
 
     fn quoted(&self, entry: &Entry) -> String {
@@ -194,7 +194,7 @@ impl<'a> Source<'a> {
     }
 }
 
-const NUMBER: &str = "a number: squid computes nothing here; write the number that it has";
+const NUMBER: &str = "a number, because expressions are not evaluated; write its value";
 
 /// Returns a number without exponent, which some readers of these files do not accept.
 pub(crate) fn decimal(value: f64) -> String {
