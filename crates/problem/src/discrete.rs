@@ -12,8 +12,7 @@ use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::state_space::StateSpace;
 
 /// Error message for a plant without a bilinear transform.
-pub const POLES_AT_BOTH_ENDS: &str =
-    "has eigenvalues at z = 1 and at z = -1; the bilinear transform needs one of them free";
+pub const POLES_AT_BOTH_ENDS: &str = "has eigenvalues at both z = 1 and z = -1; the bilinear transform requires that one of these is no eigenvalue";
 
 /// Discrete-time plant and its transform to continuous time.
 #[derive(Debug, Clone, PartialEq)]

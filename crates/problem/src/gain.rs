@@ -108,7 +108,7 @@ impl Report {
                 // A bound for any rate also holds for this rate.
                 Ok(slow) if fast.is_some_and(|fast| fast.gamma <= slow.gamma) => {}
                 Ok(slow) => certificate.claims.push(at_rate(&slow, None)),
-                Err(reason) => self.reasons.push(format!("no bound was found at the rate alone: {reason}")),
+                Err(reason) => self.reasons.push(format!("no bound was found for the given rate: {reason}")),
             }
         }
         self.prove(certificate);
@@ -129,7 +129,7 @@ impl Report {
             Ok(least) => (self.gamma, self.gamma_symmetric) = (Some(both.min(least)), Some(least)),
             Err(reason) => {
                 self.gamma = Some(both);
-                self.reasons.push(no_bound(&reason, "symmetric scalings alone"));
+                self.reasons.push(no_bound(&reason, "symmetric scalings only"));
             }
         }
         self.least = self.gamma.is_some_and(|gamma| is_least(plant, gamma, design.lower));
@@ -238,10 +238,12 @@ fn no_bound(error: &SynthesisError, scalings: &str) -> String {
         }
         other if other.is_infeasible() => {
             format!(
-                "no constant Lyapunov matrix with {scalings} bounds the gain for parameters that move however fast"
+                "no constant Lyapunov matrix with {scalings} bounds the gain for parameters that change arbitrarily \
+                    fast"
             )
         }
-        _ => "no bound was found for parameters that move however fast: the search failed numerically".into(),
+        _ => "no bound was found for parameters that change arbitrarily fast: the search failed numerically"
+            .into(),
     }
 }
 

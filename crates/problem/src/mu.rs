@@ -222,7 +222,7 @@ impl Report {
         let (below, safe) = match self.frequency {
             Some(w) => (
                 format!("mu <= {most} at every frequency from 0 to {fastest}, largest near {}", rads(w)),
-                "the loop stays stable for every perturbation of this structure",
+                "the loop is stable for every perturbation of this structure",
             ),
             None => (
                 format!("mu <= {most}"),
@@ -231,22 +231,22 @@ impl Report {
         };
         let least = digits(lower, f64::floor);
         let above = match (lower > 0.0, self.lower_frequency) {
-            (false, _) => "The search reached no perturbation that shows a lower bound.".into(),
+            (false, _) => "No perturbation was found that gives a lower bound.".into(),
             (true, None) => {
                 format!("mu >= {least}: a perturbation of size {size} makes I - M Delta singular.")
             }
             (true, Some(w)) => format!(
-                "mu >= {least}: a perturbation of size {size} puts a pole on the axis, at {}.",
+                "mu >= {least}: a perturbation of size {size} places a pole on the imaginary axis, at {}.",
                 rads(w)
             ),
         };
         let margin = if upper > 0.0 {
             format!("{safe} smaller than {}", digits(1.0 / upper, f64::floor))
         } else {
-            format!("{safe}, of any size")
+            format!("{safe} of any size")
         };
         let intervals =
-            self.intervals.map_or_else(String::new, |n| format!(" {n} intervals cover the axis."));
+            self.intervals.map_or_else(String::new, |n| format!(" {n} intervals cover the frequency axis."));
         let seconds = self.seconds.unwrap_or(0.0);
         let performance = self.performance.as_ref().map_or_else(String::new, Performance::words);
         format!("{below}.{intervals}\n{above}\nMargin 1/mu: {margin}.\n{performance}{seconds:.2} s")
@@ -257,7 +257,7 @@ impl Performance {
     fn words(&self) -> String {
         let up = |v: f64| digits(v, f64::ceil);
         let mut out = format!(
-            "Robust performance: mu with performance <= {0}, so that the gain from w to z stays below {0} for \
+            "Robust performance: mu with performance block <= {0}, so that the gain from w to z is below {0} for \
                 every perturbation smaller than {1}; mu >= {2}.\n",
             up(self.upper),
             digits(1.0 / self.upper, f64::floor),
@@ -273,8 +273,7 @@ impl Performance {
                 rads(self.gain_frequency.unwrap_or(0.0))
             ),
             _ => format!(
-                "Worst-case gain: the loop is not shown to stay stable for perturbations of size {}, so \
-                    there is no bound.\n",
+                "Worst-case gain: no bound, because stability is not shown for perturbations of size {}.\n",
                 self.size
             ),
         };

@@ -64,7 +64,7 @@ object! {
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(
     untagged,
-    expecting = "must be a finite number, or a pair [re, im] of them, of at most 1e100 in magnitude"
+    expecting = "must be a finite number or a pair [re, im] of finite numbers, each of at most 1e100 in magnitude"
 )]
 pub enum Number {
     /// Real number.
@@ -124,7 +124,7 @@ pub fn mu_problem(source: &Source) -> Result<MuProblem, Error> {
         other => {
             let beside = [("performance", performance.is_some()), ("dt", sample_time.is_some())];
             if let Some((key, _)) = beside.into_iter().find(|(_, is_given)| *is_given) {
-                return Err(source.wrong(key, "goes with a system P, not with a matrix M"));
+                return Err(source.wrong(key, "requires a system 'P'; it has no meaning for a matrix 'M'"));
             }
             if let Perturbed::Matrix(m) = &other {
                 check("M", m.shape())?;
@@ -144,7 +144,7 @@ fn in_continuous_time(
     let radius = system.poles().iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     if radius >= 1.0 {
         let words = format!(
-            "has an eigenvalue of modulus {radius}; in discrete time the loop is unstable without any perturbation"
+            "has an eigenvalue of modulus {radius}: the discrete-time loop is unstable without any perturbation"
         );
         return Err(source.wrong("A", words));
     }
@@ -161,13 +161,12 @@ fn pair(pair: [f64; 2], least: f64) -> Option<(i64, i64)> {
 
 /// Returns the numbers of inputs w and outputs z, and the size of the perturbations.
 fn performance(source: &Source, data: &Data) -> Result<Option<(usize, usize, f64)>, Error> {
-    const ALLOWED: &str =
-        "it must be a pair of whole numbers from 1 to 1000: of the last inputs and of the last outputs of P";
+    const ALLOWED: &str = "it must be a pair of integers from 1 to 1000, the numbers of inputs w and outputs z, which come last in P";
     const SIZE: &str = "a number above 0, the size of the perturbation";
     let size = checked(source, "size", data.size, SIZE, |v| v > 0.0)?;
     let Some(given) = data.performance else {
         let alone =
-            "is given without 'performance'; it is the size of the perturbation for the worst-case gain";
+            "requires 'performance', because it is the size of the perturbation for the worst-case gain";
         return if size.is_some() { Err(source.wrong("size", alone)) } else { Ok(None) };
     };
     match pair(given, 1.0) {
@@ -178,15 +177,16 @@ fn performance(source: &Source, data: &Data) -> Result<Option<(usize, usize, f64
 
 /// Returns the structure from `[[-r, 0], [r, 0], [p, q], ..]`.
 fn structure(source: &Source, data: &Data) -> Result<Structure, Error> {
-    const ALLOWED: &str = "it must be a list of pairs of whole numbers: [-r, 0] for a real scalar repeated r \
-        times, [r, 0] for a complex one, [p, q] for a full complex block, none larger than 1000";
+    const ALLOWED: &str = "every entry must be a pair of integers of at most 1000: [-r, 0] for a real scalar \
+        repeated r times, [r, 0] for a complex one, [p, q] for a full complex block";
     let list = data.blocks.as_ref().ok_or_else(|| source.wrong("blocks", "is missing"))?;
     let whole = |(i, found): (usize, &[f64; 2])| {
-        let wrong = || source.wrong("blocks", format!("has {found:?} in place {}; {ALLOWED}", i + 1));
+        let wrong =
+            || source.wrong("blocks", format!("has the entry {found:?} (number {}); {ALLOWED}", i + 1));
         pair(*found, -LARGEST_BLOCK).ok_or_else(wrong)
     };
     let notation = list.iter().enumerate().map(whole).collect::<Result<Vec<_>, _>>()?;
-    Structure::from_notation(&notation).map_err(|e| source.wrong("blocks", format!("is wrong: {e}")))
+    Structure::from_notation(&notation).map_err(|e| source.wrong("blocks", format!("is invalid: {e}")))
 }
 
 fn complex_matrix(source: &Source, rows: &[Vec<Number>]) -> Result<CMat, Error> {

@@ -28,7 +28,8 @@ macro_rules! object {
                 let Some(inner) = read.data.take() else { return Ok(read) };
                 match read.keys().next() {
                     Some(key) => Err(source.misplaced(key, "in 'data'")),
-                    None if inner.data.is_some() => Err(source.wrong("data", "stands in 'data' again; leave one out")),
+                    None if inner.data.is_some() => Err(source.wrong("data", "is also given in 'data'; remove one of \
+                        the two")),
                     None => Ok(*inner),
                 }
             }
@@ -79,11 +80,13 @@ impl TryFrom<Option<f64>> for Entry {
         match found {
             Some(entry) if entry.abs() <= LARGEST => Ok(Self(entry)),
             Some(entry) => Err(format!(
-                "found {entry:e}, must be at most 1e100 in magnitude, because products of larger numbers overflow"
+                "found {entry:e}; it must be at most 1e100 in magnitude, because products of larger numbers overflow"
             )),
-            None => Err("found null, must be a finite number (programs write null for an infinite one; a weight that \
-                         is infinite at high frequency is not proper)"
-                .into()),
+            None => Err(
+                "found null; it must be a finite number (some programs write null for infinity; a weight \
+                         that is infinite at high frequency is improper)"
+                    .into(),
+            ),
         }
     }
 }
@@ -101,7 +104,7 @@ impl<T> TryFrom<Vec<Vec<T>>> for Matrix<T> {
         if rows.iter().all(|row| row.len() == width) {
             return Ok(Self(rows));
         }
-        Err(format!("rows of different lengths; the first has {width} numbers"))
+        Err(format!("the rows have different lengths; the length of the first is {width}"))
     }
 }
 
@@ -144,7 +147,7 @@ impl Matrices<'_> {
             return Ok(Mat::zeros(rows, columns));
         }
         if found != (rows, columns) {
-            let words = "with the other matrices it must be";
+            let words = "to match the other matrices it must be";
             let words = format!("is {} x {}; {words} {rows} x {columns}", found.0, found.1);
             return Err(self.source.wrong(key, words));
         }
@@ -204,7 +207,7 @@ pub fn checked(
 ) -> Result<Option<f64>, Error> {
     match number {
         Some(number) if !is_allowed(number) => {
-            Err(source.wrong(key, format!("is the number {number}; it must be {allowed}")))
+            Err(source.wrong(key, format!("is the number {number:?}; it must be {allowed}")))
         }
         number => Ok(number),
     }

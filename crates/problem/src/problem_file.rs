@@ -87,8 +87,11 @@ pub fn problem(source: &Source) -> Result<Problem, Error> {
 /// # Errors
 /// Errors of [`problem`].
 pub fn sampled_loop(source: &Source) -> Result<(Problem, Data), Error> {
-    let (matrices, data) =
-        data(source, &OF_PLANT, "is of no sampled loop, whose plant is in continuous time; leave it out")?;
+    let (matrices, data) = data(
+        source,
+        &OF_PLANT,
+        "does not apply to a sampled loop, whose plant is in continuous time; remove it",
+    )?;
     Ok((built(source, matrices, &data, true)?, data))
 }
 
@@ -102,8 +105,8 @@ pub fn finished(source: &Source) -> Result<Problem, Error> {
     for (key, count, what) in [("B2", sizes.u, "controls"), ("C2", sizes.y, "measurements")] {
         if count > 0 {
             let reason = format!(
-                "and others have {count} {what}; the gain is that of a closed loop: close it and leave them out, or \
-                 design a controller with `squid lpv synth`"
+                "must be empty, because the gain is that of a closed loop, but the number of {what} is {count}; \
+                 close the loop first, or design a controller with `squid lpv synth`"
             );
             return Err(source.wrong(key, reason));
         }
@@ -128,7 +131,7 @@ fn read(source: &Source, with_control: bool) -> Result<Problem, Error> {
         let data = Data { blocks: Some(blocks), dt, ..Data::default() };
         return built(source, matrices, &data, with_control);
     }
-    let words = "is for sampled loops; the sample time of a plant in discrete time is 'dt'";
+    let words = "applies to sampled loops only; the sample time of a discrete-time plant is 'dt'";
     let (matrices, data) = data(source, &OF_SAMPLED_LOOP, words)?;
     built(source, matrices, &data, with_control)
 }
@@ -141,7 +144,7 @@ fn data(source: &Source, others: &[&str], words: &str) -> Result<(Given, Data), 
         return Err(source.wrong(key, words));
     }
     if data.p.is_some() && data.plant.is_some() {
-        return Err(source.wrong("P", "and 'plant' are both given; leave one of them out"));
+        return Err(source.wrong("P", "and 'plant' are both given; remove one of the two"));
     }
     let here = data.take();
     if let Some(mut plant) = data.p.take().or(data.plant.take()) {
@@ -151,7 +154,7 @@ fn data(source: &Source, others: &[&str], words: &str) -> Result<(Given, Data), 
         };
     }
     if let Some(key) = data.keys().find(|key| ["blocks", "rate"].contains(key)) {
-        return Err(source.misplaced(key, "beside a plant 'P' with parameters"));
+        return Err(source.misplaced(key, "next to a plant 'P' with parameters"));
     }
     data.blocks = Some(vec![]);
     Ok((here, data))
@@ -175,7 +178,8 @@ fn built(source: &Source, given: Given, data: &Data, with_control: bool) -> Resu
         return Ok(Problem { plant, d22, rate, discrete: None });
     };
     if rate.is_some() {
-        let words = "is given beside 'rate', which is of continuous time; leave one of them out";
+        let words =
+            "and 'rate' exclude each other, because 'rate' applies to continuous time; remove one of the two";
         return Err(source.wrong("dt", words));
     }
     let (discrete, plant, d22) =
@@ -183,11 +187,11 @@ fn built(source: &Source, given: Given, data: &Data, with_control: bool) -> Resu
     Ok(Problem { plant, d22, rate, discrete: Some(discrete) })
 }
 
-const NOTHING_IN_Z: &str = "and all other matrices of z are zero: z is zero with every controller, and there is \
-    nothing to minimise; give z the signals that should be small";
+const NOTHING_IN_Z: &str = "and all other matrices of z are zero, so that there is nothing to minimise; include in z \
+    the signals that should be small";
 
-const NOTHING_FROM_W: &str = "and all other matrices of w are zero: the disturbance w reaches nothing, and there is \
-    nothing to minimise; give w what disturbs the plant or its measurements";
+const NOTHING_FROM_W: &str = "and all other matrices of w are zero, so that there is nothing to minimise; include in \
+    w the disturbances of the plant or its measurements";
 
 /// Returns the repetitions of the parameters.
 fn blocks(source: &Source, data: &Data) -> Result<Vec<usize>, Error> {
@@ -196,8 +200,8 @@ fn blocks(source: &Source, data: &Data) -> Result<Vec<usize>, Error> {
         if (1.0..=1000.0).contains(r) && r.fract() == 0.0 {
             return Ok(*r as usize);
         }
-        let allowed = "it must be a list of whole numbers from 1 to 1000";
-        Err(source.wrong("blocks", format!("has the number {r} in place {}; {allowed}", i + 1)))
+        let allowed = "every entry must be an integer from 1 to 1000";
+        Err(source.wrong("blocks", format!("has the entry {r:?} (number {}); {allowed}", i + 1)))
     };
     list.iter().enumerate().map(repetitions).collect()
 }
@@ -224,12 +228,11 @@ fn rate(source: &Source, data: &Data, plant: &GeneralisedPlant, d22: &Mat) -> Re
     }
     if plant.blocks.len() != 1 {
         let count = plant.blocks.len();
-        let words = format!("bounds the rate of one parameter, but 'blocks' has {count}; leave it out");
+        let words = format!("bounds the rate of a single parameter, but 'blocks' has {count}; remove it");
         return Err(source.wrong("rate", words));
     }
     if d22.iter().any(|entry| *entry != 0.0) {
-        let words =
-            "is given beside a direct path 'D22'; design for y - D22 u, without 'D22', or leave 'rate' out";
+        let words = "and a direct path 'D22' exclude each other; design for y - D22 u, without 'D22', or remove 'rate'";
         return Err(source.wrong("rate", words));
     }
     Ok(rate)
@@ -240,8 +243,8 @@ const FASTEST: f64 = 1e6;
 
 fn no_performance(part: &str, missing: &str) -> String {
     format!(
-        "has no {part}, so there is {missing}; a problem needs a performance channel, from w (B1, D11, D21) to \
-            z (C1, D11, D12), whose gain is minimised"
+        "has no {part}, so there is {missing}; a problem requires a performance channel from w (B1, D11, D21) to z \
+            (C1, D11, D12), whose gain is minimised"
     )
 }
 
@@ -270,9 +273,9 @@ fn partition(m: &Matrices<'_>, blocks: &[usize], with_control: bool) -> Result<V
     names(PLANT).map(part).collect()
 }
 
-const IMPROPER: &str = "the identity, or left out: with a singular E the plant, or a weight in it, is not \
-    proper (its gain grows without limit with frequency), and has no least gamma; make such a weight proper by \
-    a pole well above the bandwidth";
+const IMPROPER: &str = "the identity or omitted: with a singular E the plant, or a weight in it, is improper (its \
+    gain grows without limit with frequency), and no least gamma exists; add a pole well above the bandwidth to such \
+    a weight";
 
 #[cfg(test)]
 mod tests {

@@ -194,7 +194,7 @@ impl Report {
             Status::Feasible => "feasible\n".to_owned(),
             Status::Infeasible => format!("infeasible: {}\n", self.infeasible),
             Status::TooFast => {
-                "too fast: no computed controller keeps the limit on the fastest mode\n".to_owned()
+                "too fast: no computed controller satisfies the limit on the fastest mode\n".to_owned()
             }
             Status::NumericalFailure => {
                 "numerical failure: no controller with a proved bound was found\n".to_owned()

@@ -44,13 +44,12 @@ const SAMPLE_TIMES: &str = "a number above 0, in seconds";
 /// The errors of the file; [`Error::Problem`] if the gain cannot be computed.
 pub fn run(source: &Source) -> Result<Report, Error> {
     let (mut plant, data) = sampled_loop(source)?;
-    let k =
-        data.k.ok_or_else(|| source.wrong("K", "is missing; it is the controller"))?.state_space(source)?;
+    let k = data.k.ok_or_else(|| source.wrong("K", "(the controller) is missing"))?.state_space(source)?;
     let time = checked(source, "sample_time", data.sample_time, SAMPLE_TIMES, |v| v > 0.0)?;
     let missing = || source.wrong("sample_time", format!("is missing; it must be {SAMPLE_TIMES}"));
     let time = time.ok_or_else(missing)?;
     let is_delay = |v: f64| (0.0..=LONGEST).contains(&v) && v.fract() == 0.0;
-    let ticks = checked(source, "delay", data.delay, "a whole number of ticks from 0 to 10", is_delay)?;
+    let ticks = checked(source, "delay", data.delay, "an integer from 0 to 10 (sample times)", is_delay)?;
     let ticks = ticks.unwrap_or(0.0);
     let w = if data.held == Some(true) { Exogenous::Held } else { Exogenous::Any };
     plant.plant.parts.block_mut(Y, U).copy_from(&plant.d22);
@@ -58,7 +57,7 @@ pub fn run(source: &Source) -> Result<Report, Error> {
     let SampledGain { lower, upper } = sampled_gain(&plant.plant, &k.delayed(ticks as usize), time, w)
         .map_err(|reason| source.wrong("", reason))?;
     let status = if lower.is_finite() { "bounded" } else { "unstable" };
-    let reason = (status == "unstable").then(|| "the loop is not stable from tick to tick".to_owned());
+    let reason = (status == "unstable").then(|| "the sampled loop is unstable".to_owned());
     let [lower, upper] = [lower, upper].map(|v| Some(v).filter(|v| v.is_finite()));
     Ok(Report { status, lower, upper, seconds: Some(begin.elapsed().as_secs_f64()), reason })
 }
@@ -75,7 +74,9 @@ impl Report {
             (Some(lower), Some(upper)) => {
                 let (least, most) = (digits(lower, f64::floor), digits(upper, f64::ceil));
                 let seconds = self.seconds.unwrap_or(0.0);
-                format!("gain from {least} to {most}, between the ticks too\n{seconds:.2} s")
+                format!(
+                    "gain from {least} to {most}, including the behaviour between samples\n{seconds:.2} s"
+                )
             }
             _ => self.reason.clone().unwrap_or_default(),
         }

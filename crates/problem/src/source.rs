@@ -34,7 +34,7 @@ impl Source {
 
     /// Returns an error about a key in the wrong object; `place` names the right one.
     pub fn misplaced(&self, key: &str, place: &str) -> Error {
-        self.wrong(key, format!("is out of place; it stands {place}"))
+        self.wrong(key, format!("is misplaced; it belongs {place}"))
     }
 
     /// Parses the text as strictly as a certificate.
@@ -48,10 +48,9 @@ impl Source {
                 (true, Some(reason)) => format!("'{path}' {reason}"),
                 (true, None) if path.is_empty() => format!("{reason} (column {column})"),
                 (true, None) => format!("'{path}': {reason} (column {column})"),
-                (false, _) => format!(
-                    "this is not JSON: {reason} (column {column}){}",
-                    self.advice(line, column, &reason)
-                ),
+                (false, _) => {
+                    format!("invalid JSON: {reason} (column {column}){}", self.advice(line, column, &reason))
+                }
             };
             // An unknown part of the path is a question mark.
             let key = path.trim_end_matches(['.', '?']).to_owned();
@@ -65,7 +64,7 @@ impl Source {
         let here: String = line.chars().skip(column.saturating_sub(4)).take(12).collect();
         let infinite = ["Infinity", "NaN", "nan", "inf"].iter().any(|word| here.contains(word));
         if infinite || reason.starts_with("number out of range") {
-            "; its numbers must be finite (a weight that is infinite at high frequency is not proper)"
+            "; all numbers must be finite (a weight that is infinite at high frequency is improper)"
         } else {
             ""
         }
@@ -77,8 +76,8 @@ const FIRST_NOTE: &str = "kind";
 
 /// Keys, and the object that they belong to.
 const PLACES: [(&[&str], &str); 3] = [
-    (&["blocks", "rate"], "beside a plant 'P' with parameters, in 'data'"),
-    (&["dt"], "beside the plant, in 'data'"),
+    (&["blocks", "rate"], "next to a plant 'P' with parameters, in 'data'"),
+    (&["dt"], "next to the plant, in 'data'"),
     (&["K", "sample_time", "delay", "held"], "in the file of a sampled loop"),
 ];
 
@@ -92,10 +91,10 @@ fn unknown(reason: &str) -> Option<String> {
     let near = known.iter().find(|known| is_near(key, known));
     let advice = match (near, place) {
         (Some(near), _) => format!("; did you mean '{near}'?"),
-        (None, Some(place)) => format!("; it stands {place}"),
+        (None, Some(place)) => format!("; it belongs {place}"),
         (None, None) => String::new(),
     };
-    Some(format!("is not known{advice} (allowed: {})", known.join(", ")))
+    Some(format!("is unknown{advice} (allowed: {})", known.join(", ")))
 }
 
 /// Returns `true` if two words differ only in case or, if long enough, in one letter.

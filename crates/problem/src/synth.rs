@@ -47,7 +47,7 @@ pub fn run_structured(source: &Source, states: usize) -> Result<Report, Error> {
         ("D22", problem.d22.amax() > 0.0),
     ];
     if let Some((name, _)) = refused.iter().find(|(_, given)| *given) {
-        let reason = "is given beside --structure, which it does not go with; leave one of them out";
+        let reason = "cannot be combined with --structure; remove one of the two";
         return Err(source.wrong(name, reason));
     }
     let started = Instant::now();
@@ -91,7 +91,7 @@ fn check_options_with_rate(source: &Source, options: Options, reduce: bool) -> R
         ("--reduce", reduce),
     ];
     given.into_iter().find(|(_, given)| *given).map_or(Ok(()), |(name, _)| {
-        let reason = format!("is given beside {name}, which it does not go with; leave one of them out");
+        let reason = format!("cannot be combined with {name}; remove one of the two");
         Err(source.wrong("rate", reason))
     })
 }
@@ -226,7 +226,7 @@ fn certificate(problem: &Problem, design: &Design) -> Option<Certificate> {
     Some(certificate)
 }
 
-const NOT_BACK: &str = "a controller was computed, but it has a mode that the bilinear transform cannot map to \
+const NOT_BACK: &str = "a controller was computed, but the bilinear transform cannot map one of its modes to \
     discrete time; change the back-off";
 
 /// Returns the lower bound that the multipliers prove. `None` in discrete time, since the proof is for the
@@ -265,7 +265,7 @@ fn without_controller(problem: &Problem, options: Options, error: &SynthesisErro
             "no controller with a common quadratic Lyapunov function and these scalings has a gain below the limit"
         }
         (SynthesisError::NotStabilisable { .. } | SynthesisError::NotDetectable { .. }, _) => NOT_STABILISED,
-        _ => "there is no common quadratic Lyapunov function with these scalings",
+        _ => "no common quadratic Lyapunov function with these scalings exists",
     };
     report.reason = Some(error.to_string());
 }
