@@ -65,5 +65,5 @@ pub fn check_balls(certificate: &Certificate, balls: &[ModelError]) -> Result<()
     if balls.len() == certificate.errors.len() && balls.iter().zip(&certificate.errors).all(same) {
         return Ok(());
     }
-    Err(ProofError::WrongPlant { what: "a ball of the model's errors".to_owned() })
+    Err(ProofError::WrongPlant { what: "a ball of model errors".to_owned() })
 }

@@ -25,7 +25,7 @@ pub enum ProofError {
         "the certificate's model error does not cover this vehicle: {}",
         .reach.map_or_else(
             || "E, F and Fu do not form a ball around the fit".to_owned(),
-            |r| format!("the true linearisations reach {r:.4} times as far from the fit as the ball does")
+            |r| format!("the true linearisations reach {r:.4} times the radius of the ball")
         )
     )]
     Ball { reach: Option<f64> },

@@ -44,7 +44,7 @@ pub fn with_error(
         .ok_or_else(|| SynthesisError::Numerical {
             stage: "model error at a bounded rate",
             diagnosis:
-                "no Lyapunov matrix found shows a gain for the models in the ball around the fit; raise \
+                "no Lyapunov matrix was found that bounds the gain for the models in the ball around the fit; raise \
                         'synthesis.back_off', or 'model.order' for a smaller ball"
                     .into(),
         })?;

@@ -49,7 +49,7 @@ pub fn check(plant: &Plant, blocks: &[usize], expected: &GeneralisedPlant) -> Re
     let (modulus_found, modulus_expected) = (modulus(&certified), modulus(expected));
     if modulus_found.is_nan() || modulus_found > LARGEST_MODULUS.max(1.01 * modulus_expected) {
         let what = format!(
-            "Dtt, with an eigenvalue of modulus {modulus_found:.2e} in place of {modulus_expected:.2e},"
+            "Dtt (with an eigenvalue of modulus {modulus_found:.2e} instead of {modulus_expected:.2e})"
         );
         return Err(wrong_plant(what));
     }
@@ -149,7 +149,7 @@ pub fn plant_with(
     expected: &[usize],
 ) -> Result<GeneralisedPlant, ProofError> {
     if plant.direct_path().is_some() {
-        return Err(wrong_plant("D22, which a vehicle does not have,".into()));
+        return Err(wrong_plant("D22 (which is zero for a vehicle)".into()));
     }
     let parts =
         blocks_of(PLANT, &plant.named()).ok_or_else(|| wrong_plant("the shape of a matrix".into()))?;

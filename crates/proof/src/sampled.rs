@@ -27,7 +27,7 @@ pub fn sampled(
     let inner = around(controller, &-d22).ok_or_else(|| {
         SynthesisError::numerical(
             STAGE,
-            "the direct paths of plant and controller make a loop that is not well posed",
+            "the loop is not well posed, because of the direct paths of plant and controller",
         )
     })?;
     let closed = plant.close(&inner);
@@ -44,7 +44,7 @@ pub fn sampled(
 /// Describes the part of the parameter range for which a bound was found.
 fn describe_range(part: f64) -> String {
     let percent = (100.0 * part).floor();
-    format!("a bound was found for the inner {percent:.0} % of the range of the speed only")
+    format!("a bound was found only for the inner {percent:.0} % of the speed range")
 }
 
 /// Checks that the plant of a certificate is the given sampled one. Returns `None` if the certificate is not that of a
@@ -73,7 +73,7 @@ fn bound(closed: &ClosedLoop, certified: &GainBound) -> Result<GainBound, Synthe
             raised
         } else {
             balanced_start(closed, &raised).ok_or_else(|| {
-                SynthesisError::numerical(STAGE, "it is not stable in the middle of the range of speed")
+                SynthesisError::numerical(STAGE, "the loop is unstable in the middle of the speed range")
             })?
         };
         bounded_gain(closed, &LoopError::none(closed), &start)
