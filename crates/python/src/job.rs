@@ -82,5 +82,5 @@ fn defect(reason: &(dyn std::any::Any + Send)) -> PyErr {
             (_, _, Some(text)) => text,
             _ => "no message",
         };
-    PyRuntimeError::new_err(format!("a defect of squid_lpv, please report it: {message}"))
+    PyRuntimeError::new_err(format!("internal error in squid_lpv (please report it): {message}"))
 }

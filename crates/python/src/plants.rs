@@ -70,7 +70,8 @@ pub fn hinfnorm(
 ) -> PyResult<(f64, f64)> {
     let n = a.len();
     let matrix = |rows: &[Vec<f64>], columns: usize| -> PyResult<Mat> {
-        from_rows(rows, columns).ok_or_else(|| InputError::new_err("a matrix is ragged"))
+        from_rows(rows, columns)
+            .ok_or_else(|| InputError::new_err("the rows of a matrix have different lengths"))
     };
     let system =
         StateSpace { a: matrix(&a, n)?, b: matrix(&b, inputs)?, c: matrix(&c, n)?, d: matrix(&d, inputs)? };

@@ -38,7 +38,7 @@ pub fn augw(
 pub fn h2syn(python: Python<'_>, problem: String) -> PyResult<(Rows, Rows, Rows, Rows, f64)> {
     let Problem { plant, d22, discrete, .. } = read(problem)?;
     if discrete.is_some() {
-        return Err(InputError::new_err("P is in discrete time; h2syn is for continuous time alone"));
+        return Err(InputError::new_err("P is in discrete time; h2syn supports continuous time only"));
     }
     let found = job::run(python, None, move |_| h2::synthesise(&plant, &d22))?;
     let found = found.map_err(|reason| of_synthesis(&reason, reason.to_string()))?;
@@ -63,8 +63,8 @@ pub fn musyn(
     let (w, z) = (plant.sizes().w, plant.sizes().z);
     if expected != (w, z) {
         return Err(InputError::new_err(format!(
-            "blocks have {} rows and {} columns; P has {w} disturbances w and {z} outputs z besides controls and \
-             measurements: each w and each z is in one block, a requirement on the gain is a full one",
+            "blocks have {} rows and {} columns, but P has {w} disturbances w and {z} outputs z besides controls and \
+             measurements; each w and each z belongs to one block, and a requirement on the gain is a full block",
             expected.0, expected.1
         )));
     }
@@ -80,7 +80,7 @@ pub fn musyn(
     let controller = match discrete {
         None => found.controller,
         Some(given) => given.controller(&found.controller).ok_or_else(|| {
-            NumericalError::new_err("the controller has a mode that the bilinear transform cannot map")
+            NumericalError::new_err("the bilinear transform cannot map a mode of the controller")
         })?,
     };
     let (a, b, c, d) = rows(&controller);
@@ -98,7 +98,8 @@ fn rows(k: &Controller) -> (Rows, Rows, Rows, Rows) {
 fn state_space((a, b, c, d, inputs): System) -> PyResult<StateSpace> {
     let n = a.len();
     let matrix = |rows: &[Vec<f64>], columns: usize| -> PyResult<Mat> {
-        from_rows(rows, columns).ok_or_else(|| InputError::new_err("a matrix is ragged"))
+        from_rows(rows, columns)
+            .ok_or_else(|| InputError::new_err("the rows of a matrix have different lengths"))
     };
     Ok(StateSpace { a: matrix(&a, n)?, b: matrix(&b, inputs)?, c: matrix(&c, n)?, d: matrix(&d, inputs)? })
 }
