@@ -91,7 +91,7 @@ fn waves_met(sea: &Sea, speeds: [f64; 2]) -> String {
     let peak = waves.spectrum.peak();
     let met = speeds.map(|speed| squid_sea::encounter_frequency(peak, waves.heading, speed));
     format!(
-        "Waves of Hs = {} m, their peak at {peak:.3} rad/s, met at {:.3} to {:.3} rad/s with {} to {} m/s\n",
+        "Waves of Hs = {} m with peak at {peak:.3} rad/s, encountered at {:.3} to {:.3} rad/s for {} to {} m/s\n",
         waves.spectrum.height(),
         met[0],
         met[1],

@@ -26,26 +26,25 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread],
     let unproved = plan.axes.iter().filter_map(|axis| axis.stored.unproved(axis.inputs)).collect();
     let flown = if steered.len() > 1 { ", in six degrees of freedom" } else { "" };
     let where_ = match plan.identity.points {
-        Points::Uniform => "all over",
-        Points::Sobol => "on a Sobol sequence all over",
+        Points::Uniform => "from the whole of",
+        Points::Sobol => "from a Sobol sequence over",
         Points::Corners => "at corners of",
     };
     let at_sea = match &plan.identity.sea {
-        Some(_) => "a random sea for each",
+        Some(_) => "each in a random sea",
         None => "still water",
     };
     let introduction = vec![
         format!(
-            "{} flights, seed {}: vehicles {where_} the declared uncertainty ({} numbers), the default manoeuvre \
-             between two speeds drawn from its range, the {} step up or down, {at_sea}{}{flown}.",
+            "{} flights, seed {}: vehicles {where_} the declared uncertainty ({} numbers), performing the default \
+             manoeuvre between two random speeds of the range, with the {} step up or down, {at_sea}{}{flown}.",
             rows.len(),
             plan.identity.seed,
             plan.uncertain.len(),
             steered.join(" and the "),
             plan.identity.starts.words()
         ),
-        "Flights are samples: they prove nothing about other vehicles. `squid replay` simulates one again \
-             and plots it."
+        "Flights are samples and prove nothing about other vehicles. `squid replay` repeats one and plots it."
             .to_owned(),
     ];
     let mut sections = vec![ended(shares), spread(plan, rows, spreads), pushed(plan, rows, spreads)];
@@ -61,13 +60,13 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread],
 
 fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
     let words = format!(
-        "The gain of the loop from w to z, which gamma bounds where the model has no errors: of the linear model at \
-         a constant speed with the controller frozen there, in continuous time. Drawn: of the vehicles of the first \
-         {vehicles} flights, each in its own trim. Guaranteed: for all constant values of the uncertain numbers of \
-         that model, by mu with a block for performance, at all frequencies; computed, not proved in exact \
-         arithmetic. In the model the incidence is a number of its own, to first order. What is drawn cannot be above \
-         what is guaranteed. Between the two may be vehicles that were not drawn, or none. The bound says nothing of \
-         limits of actuators, of the sea or of a speed that changes."
+        "Gain of the loop from w to z, which gamma bounds for a model without errors: for the linear model at a \
+         constant speed and the controller frozen at this speed, in continuous time. Sampled: the vehicles of the \
+         first {vehicles} flights, each in its own trim. Guaranteed: for all constant values of the uncertain \
+         numbers of the model, by mu with a performance block, at all frequencies; computed, not proved in exact \
+         arithmetic. In the model the incidence is an independent number, to first order. Sampled gains cannot \
+         exceed the guaranteed ones; vehicles that were not sampled may lie between the two. The bound does not \
+         cover limits of actuators, the sea, or a changing speed."
     );
     let head = [
         "speed",
@@ -75,7 +74,7 @@ fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
         "largest",
         "in flight",
         "guaranteed for the model",
-        "without a gain",
+        "without gain",
     ];
     let mut table = Table::new(head);
     let several = gains.iter().any(|at| Some(at.axis) != gains.first().map(|first| first.axis));
@@ -93,8 +92,8 @@ fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
             at.outside.to_string(),
         ]);
     }
-    let without = "Without a gain: vehicles that do not trim at that speed, or whose trim moves beyond the range that \
-                   was found for it at corners of the declared uncertainty, so that the bound is not about them.";
+    let without = "Without gain: vehicles without trim at this speed, or with a trim outside the range found at the \
+                   corners of the declared uncertainty, which the bound does not cover.";
     let parts = vec![Part::Words(words), Part::Table(table), Part::Words(without.into())];
     Section::new("guaranteed", "The largest sampled gain and the guaranteed gain", parts)
 }
@@ -105,8 +104,7 @@ fn ended(shares: &[Share]) -> Section {
         let interval = format!("{} to {}", percent(*low, 2), percent(*high, 2));
         table.rows.push(vec![(*outcome).to_owned(), flights.to_string(), percent(*share, 2), interval]);
     }
-    let words =
-        "The interval is Wilson's (1927), of the probability of the outcome with a confidence of 95 %.";
+    let words = "The interval is that of Wilson (1927) for the probability of the outcome, with a confidence of 95 %.";
     Section::new("outcomes", "Outcomes", vec![Part::Table(table), Part::Words(words.into())])
 }
 
@@ -157,12 +155,12 @@ fn spread(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
         charts.push(Chart {
             title: name,
             x: Axis::linear(unit),
-            y: Axis::linear("flights at most there (%)").over(0.0, 100.0),
+            y: Axis::linear("flights up to the value (%)").over(0.0, 100.0),
             curves: vec![Curve { key: 0, points }],
         });
     }
-    let caption = "The cumulative distribution: the share of flights whose figure is at most the value \
-         below. Vertical: all are alike; a long tail to the right: a few are much worse than the rest.";
+    let caption = "Cumulative distribution: the share of flights whose figure is at most the value on the axis. A \
+         steep curve means similar flights, a long tail to the right a few that are much worse than the rest.";
     let figure =
         Figure { name: "distributions".into(), caption: caption.into(), keys: vec![Key::nth(0, "")], charts };
     let parts = vec![Part::Table(table), Part::Figure(figure)];
@@ -196,15 +194,15 @@ fn pushed(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
     }
     let mut parts = vec![
         Part::Words(format!(
-            "Rank correlations (Spearman) from {STRONG} on between the random numbers and the figures: +1 \
-                 if one always grows with the other."
+            "Rank correlations (Spearman) of at least {STRONG} between random numbers and figures: +1 if one always \
+                 increases with the other."
         )),
         Part::Table(table),
     ];
     if !charts.is_empty() {
         let caption = format!(
-            "Each figure over the number that it is most correlated with, a point per flight, of the first \
-                 {DRAWN} flights with the figure."
+            "Each figure over the random number with the largest correlation; one point per flight, for the first \
+                 {DRAWN} flights with this figure."
         );
         let keys = vec![Key::nth(0, "").dotted()];
         parts.push(Part::Figure(Figure { name: "pushed".into(), caption, keys, charts }));

@@ -22,19 +22,19 @@ pub enum Error {
     #[error("{path}: the plot cannot be drawn: {reason}")]
     Plot { path: String, reason: String },
     /// Another design cannot fly the course of the report's design.
-    #[error("{file}: {what}; designs side by side (--beside) fly the same course")]
+    #[error("{file}: {what}; designs that are compared (--beside) must have the same manoeuvre")]
     NotBeside { file: String, what: String },
     /// There is no verdict.
     #[error("there is no verdict: {reason}")]
     Verdict { reason: String },
     /// The section needs a pitch step.
-    #[error("it is about steps of pitch, and the design does not track the pitch")]
+    #[error("it requires steps of pitch, but the design does not track pitch")]
     PitchNotTracked,
     /// The report has no axis.
     #[error("there is no axis to report on")]
     NoAxis,
     /// The report needs a step of pitch or depth.
-    #[error("the design tracks neither pitch nor depth, so that there is no response to show")]
+    #[error("the design tracks neither pitch nor depth, so there is no response to show")]
     NothingSteps,
 }
 

@@ -34,7 +34,9 @@ pub(crate) fn peers(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (pid, remark) = match tuned(subject)? {
         Ok((pid, cost)) => (
             Some(pid),
-            format!("The cost of this tuning, the mean ratio of its figures to the design's, is {cost:.2}."),
+            format!(
+                "The cost of this tuning, the mean ratio of its figures to those of the design, is {cost:.2}."
+            ),
         ),
         Err(reason) => (None, no_pid(&reason)),
     };
@@ -67,9 +69,7 @@ pub(crate) fn peers(subject: &Subject) -> Result<Vec<Part>, Error> {
 /// Errors of trim, linearisation and the uncertain model.
 pub fn against_pid(subject: &Subject) -> Result<String, Error> {
     Ok(match tuned(subject)? {
-        Ok((pid, _)) => {
-            score(&flown(subject, &[Law::stored(subject), pid])?, 1, "a PID that is tuned in flight")
-        }
+        Ok((pid, _)) => score(&flown(subject, &[Law::stored(subject), pid])?, 1, "a PID tuned in simulation"),
         Err(reason) => no_pid(&reason),
     })
 }
@@ -127,7 +127,8 @@ fn tuned<'a>(subject: &'a Subject) -> Result<Result<(Law<'a>, f64), String>, Err
     let law = |(cost, pid): (f64, Pid)| Some((Law::pid(subject, &pid)?, cost));
     Ok(match found {
         Ok(found) => found.and_then(law).ok_or_else(|| {
-            "the search found no gains with |S| and commands under noise as small as the design's".into()
+            "the search found no gains with |S| and commands under noise as small as those of the design"
+                .into()
         }),
         Err(TuneError::NoPid { reason, .. }) => Err(reason),
         Err(TuneError::Design(reason)) => return Err(reason.into()),
@@ -187,19 +188,19 @@ fn words(subject: &Subject) -> String {
     let speed_step = if subject.inputs.design.tracked_speed().is_some() {
         "a speed step"
     } else {
-        "the speed is given, to all alike"
+        "the speed is imposed, equally for all"
     };
     format!(
-        "The same nonlinear vehicle, sensors, sample time, lags, limits, trim feedforward and filtered {} under each \
-            law. PID: the structure of [controller] in a design file, with gains linear in the speed and weights \
-            of the references, tuned at the three speeds by COBYLA (M. J. D. Powell, 1994) over the flights of this \
-            table, with |S| no larger and commands under noise no rougher than the design's at that speed. Blended: \
-            H-infinity controllers of the same weights for six speeds, all running, outputs blended by speed. Flights: \
-            a {} step of {}, a gust of {GUST} m/s across the path, {speed_step}; ITAE is the integral of t \
-            |error|/step, of the error to the reference itself, not to a model of it. Box: the declared uncertainty, \
-            vehicles at corners and random points; one survives if its {} is within a tenth of the step at the end; \
-            overshoot is the worst of those. Rows closer than {:.0} % are drawn, those without outcome are not \
-            compared.",
+        "Each control law is simulated with the same nonlinear vehicle, sensors, sample time, lags, limits, trim \
+            feedforward and filtered {}. PID: the structure of [controller] in a design file, with gains linear in \
+            speed and reference weights, tuned at the three speeds by COBYLA (M. J. D. Powell, 1994) over the \
+            simulations of this table, with |S| and commands under noise no larger than those of the design at this \
+            speed. Blended: H-infinity controllers with the same weights for six speeds, all active, with outputs \
+            blended by speed. Simulations: a {} step of {}, a gust of {GUST} m/s across the path, {speed_step}. ITAE \
+            is the integral of t |error|/step, where the error is relative to the reference itself, not to its \
+            model. Box: vehicles at corners and random points of the declared uncertainty; a vehicle survives if its \
+            {} is within a tenth of the step at the end; the overshoot is the largest of these. Rows that differ by \
+            less than {:.0} % count as drawn; rows without figure are not compared.",
         subject.wanted_speed(),
         step.name,
         step.words(),

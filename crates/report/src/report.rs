@@ -28,12 +28,12 @@ const SECTIONS: [Maker; 20] = [
     ("manoeuvre", "A step during a ramp of speed", manoeuvre::manoeuvre),
     ("envelope", "Reference limits", envelope::envelope),
     ("limits", "Saturated actuators", steps::limits::limits),
-    ("held", "Held beyond the actuators", steps::held::held),
+    ("held", "Loads beyond the actuators", steps::held::held),
     ("structure", "The loop: structure, weights and sizes", structure::structure),
     ("loops", "Open and closed loop over frequency", loops::loops),
     ("disturbances", "Current and sensor noise", disturbances::disturbances),
     ("sea", "At sea: waves, current, sensor errors", disturbances::sea::sea),
-    ("working-sea", "The sea of the design", disturbances::working_sea::working_sea),
+    ("working-sea", "Design for waves", disturbances::working_sea::working_sea),
     ("sensitivity", "Weights and achieved sensitivity", sensitivity::sensitivity),
     ("mu", "Robust stability: mu over frequency", mu::mu),
     ("robust", "Robust and nominal controller", robust::robust),
@@ -83,11 +83,11 @@ pub fn report(subject: &Subject) -> Report {
     }
     for other in &subject.beside {
         let Inputs { design, hashes, .. } = other.inputs;
-        report.origin += &format!("; beside it {} with {}", design.source(), hashes.design_sha256);
+        report.origin += &format!("; compared with {} with {}", design.source(), hashes.design_sha256);
     }
     let flown = report.sections.iter().find(|section| section.id == "peers" && !subject.beside.is_empty());
     if let Some(Part::Words(scores)) = flown.and_then(|section| section.parts.last()) {
-        report.words += &format!("\nSide by side, in flight: {scores}\n");
+        report.words += &format!("\nComparison in simulation: {scores}\n");
     }
     report
 }
@@ -108,7 +108,7 @@ pub fn brief(axes: &[Proved<'_>], full_command: &str, progress: &Progress) -> Re
     };
     let axes = axes.iter().map(of_axis).collect::<Result<_, Error>>()?;
     let mut report = Report::together(axes, vec![]).ok_or(Error::NoAxis)?;
-    report.introduction.push(format!("The full report is written by `{full_command}`."));
+    report.introduction.push(format!("`{full_command}` writes the full report."));
     Ok(report)
 }
 
@@ -168,8 +168,8 @@ impl Report {
         let vehicle = &inputs.vehicle;
         let surrogate = (vehicle.status == Status::Surrogate).then(|| {
             format!(
-                "SURROGATE: vehicle.toml says (status) that its coefficients are not those of the real {}. All \
-                 numbers on this page are of the vehicle in that file.",
+                "SURROGATE: according to its status in vehicle.toml, the coefficients are not those of the real {}. \
+                 All numbers on this page apply to the vehicle in this file.",
                 vehicle.name
             )
         });

@@ -162,7 +162,7 @@ fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error>
         lines.push(line(inputs, speed, points));
     }
     let title = format!(
-        "{}: without control, {} stepped by {height:.2} {}",
+        "{}: open loop, step of {} by {height:.2} {}",
         heading(inputs),
         actuator.name,
         actuator.unit()

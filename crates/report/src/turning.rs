@@ -195,7 +195,7 @@ impl Turns {
             points.map(|points| Curve { key: 0, points }).into_iter().collect(),
         ));
         let caption = format!(
-            "A turn by {} deg at {STEP_TIME} s, with the other steps, while the speed ramps{}.",
+            "A turn by {} deg at {STEP_TIME} s, together with the other steps, during the speed ramp{}.",
             squid_auv::rounded(self.turn.to_degrees()),
             self.at_sea()
         );
@@ -227,11 +227,12 @@ impl Turns {
         let mut out: Vec<String> = early.iter().map(|found| capital(&found.why)).collect();
         out.extend(self.turned.iter().filter_map(|one| {
             Some(format!(
-                "At {:.2} m/s the vehicle reaches the surface at {:.2} s; the figures are of the flight up to there.",
+                "At {:.2} m/s the vehicle reaches the surface at {:.2} s; the figures apply to the simulation up to \
+                    this time.",
                 one.speed, one.surfacing?
             ))
         }));
-        let waves = "The flight without the turn meets the waves elsewhere.".to_owned();
+        let waves = "The simulation without the turn encounters the waves at other positions.".to_owned();
         out.extend(self.has_waves.then_some(waves));
         out
     }
@@ -241,8 +242,8 @@ impl Turns {
         let names = axes.names();
         match (&self.coupling, &names[..]) {
             (Some(found), [level, heading]) => format!("PROVED: {}.", found.words([level, heading])),
-            (_, [_, _]) => "Nothing is proved of the axes together in turns.".to_owned(),
-            _ => "Of more than two axes nothing is proved together in turns, nor how fast a turn is stable computed."
+            (_, [_, _]) => "Nothing is proved about the axes together in turns.".to_owned(),
+            _ => "For more than two axes nothing is proved about turns, and no largest stable turn rate is computed."
                 .to_owned(),
         }
     }
@@ -295,10 +296,10 @@ const HEAD: [&str; 8] = [
 ];
 
 /// Explanation of the columns.
-const NOTES: &str = "Depth moved and speed lost are against the same flight without the turn; travel is the sum of all \
-                     changes of the commands of heading, back and forth, relative to the largest output of each \
-                     actuator. Stable to: the linear loop of both autopilots in steady turns, at eleven rates up to \
-                     the limit of the reference.";
+const NOTES: &str = "Depth moved and speed lost are relative to the same simulation without the turn; travel is the \
+                     sum of the magnitudes of all changes of the heading commands, relative to the largest output of \
+                     each actuator. Stable to: the linear loop of both autopilots in steady turns, at eleven rates \
+                     up to the limit of the reference.";
 
 /// Steady current, and an optional sea.
 pub type Around<'a> = (Current, Option<&'a Sea>);

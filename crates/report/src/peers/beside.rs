@@ -28,11 +28,11 @@ pub fn check(first: &Inputs, other: &Inputs) -> Result<(), Error> {
     });
     if own != steered || own.is_empty() {
         let [steered, own] = [steered, own].map(|one| if one.is_empty() { "nothing".into() } else { one });
-        return refused(format!("it steers {own}, and {file} steers {steered}"));
+        return refused(format!("it steers {own}, but {file} steers {steered}"));
     }
     let differs = |((key, ours, unit), (_, theirs, _)): ((String, f64, &str), (String, f64, &str))| {
         let [shown, other] = [ours, theirs].map(squid_auv::rounded);
-        (ours != theirs).then(|| format!("'{key}' is {other} {unit}, and {shown} {unit} in {file}"))
+        (ours != theirs).then(|| format!("'{key}' is {other} {unit}, but {shown} {unit} in {file}"))
     };
     let different: Vec<String> = course(first).into_iter().zip(course(other)).filter_map(differs).collect();
     if different.is_empty() { Ok(()) } else { refused(different.join("; ")) }
@@ -64,11 +64,12 @@ pub(crate) fn words(subject: &Subject) -> String {
     }
     let own = subject.inputs.design.source();
     format!(
-        "Other designs of the same vehicle fly with their own filters, sample time, delay and anti-windup, in the box \
-            that {own} declares. First are the sizes and what is proved of each design, in the weights of its own \
-            file; last the worst values of the verdicts: MISSED where the requirement of the design's own file is \
-            missed, which is given where it is not that of {own}. A dash stands where a design has no such figure, \
-            does not track the speed, or declares another uncertainty."
+        "Other designs of the same vehicle are simulated with their own filters, sample time, delay and anti-windup, \
+            in the box declared by {own}. The first rows give the sizes and proved bounds of each design, with the \
+            weights of its own file; the last rows give the worst values of the verdicts, with MISSED if the \
+            requirement in the design's own file is missed; this requirement is shown if it differs from that of \
+            {own}. A dash means that a design has no such figure, does not track the speed, or declares another \
+            uncertainty."
     )
 }
 
@@ -85,11 +86,11 @@ pub(crate) fn proofs(designs: &[&Subject]) -> Vec<Vec<String>> {
             let sizes = subject.controller.parts.sizes();
             format!("{}, {}", sizes.x, sizes.t)
         }),
-        row("gain proved", &|subject| match subject.proof() {
+        row("proved gain", &|subject| match subject.proof() {
             Ok(theorem) if subject.stored.controller.gamma.certified => bound(theorem),
             _ => "NO".into(),
         }),
-        row("gain proved of the sampled loop", &|subject| {
+        row("proved gain of the sampled loop", &|subject| {
             subject
                 .stored
                 .prove_sampled(subject.inputs)

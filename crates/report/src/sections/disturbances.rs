@@ -34,13 +34,13 @@ pub fn disturbances(subject: &Subject) -> Result<Vec<Part>, Error> {
     let flown =
         subject.speeds.iter().map(|v| in_current(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
     let words = format!(
-        "A uniform current of {GUST} m/s downwards begins as a step at {STEP_TIME:.0} s, one of the same \
-             size forwards at {FORWARD_TIME:.0} s. Speed is that through the water. Nonlinear and sampled, \
+        "A uniform downward current of {GUST} m/s starts as a step at {STEP_TIME:.0} s, and a forward current of the \
+             same size at {FORWARD_TIME:.0} s. The speed is relative to the water. Nonlinear and sampled simulation, \
              as above."
     );
     let current = Figure {
         name: "current".into(),
-        caption: format!("{} in steps of the current, at six speeds.", capital(&subject.name())),
+        caption: format!("{} in steps of current, at six speeds.", capital(&subject.name())),
         ..steps::figure(subject, subject.speed_keys(), &flown, SHOWN)
     };
     Ok(vec![Part::Words(words), Part::Figure(current), Part::Figure(noise(subject)?)])
@@ -88,8 +88,8 @@ fn noise(subject: &Subject) -> Result<Figure, Error> {
     Ok(Figure {
         name: "noise".into(),
         caption: format!(
-            "The gain from the noise of each measurement to all commands of {}, at six frozen speeds, as \
-                 the loop flies.",
+            "Gain from the noise of each measurement to all commands of {}, at six frozen speeds, for the sampled \
+                 loop with lags.",
             subject.name()
         ),
         keys: subject.speed_keys(),

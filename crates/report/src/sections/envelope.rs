@@ -28,15 +28,20 @@ pub fn envelope(subject: &Subject) -> Result<Vec<Part>, Error> {
     if charts.is_empty() {
         return Ok(vec![]);
     }
-    let mut keys =
-        vec![Key::coloured(0, "limits"), Key::reference("level flight"), Key::coloured(1, "default flight")];
+    let mut keys = vec![
+        Key::coloured(0, "limits"),
+        Key::reference("level flight"),
+        Key::coloured(1, "default manoeuvre"),
+    ];
     for (index, key) in keys.iter_mut().enumerate() {
         if charts.iter().flat_map(|chart| &chart.curves).all(|curve| curve.key != index) {
             key.name.clear();
         }
     }
-    let caption =
-        format!("The limits of the references of {}, and what the default flight asks.", subject.name());
+    let caption = format!(
+        "Limits of the references of {}, and the references of the default manoeuvre.",
+        subject.name()
+    );
     let figure = Figure { name: "envelope-over-speed".into(), caption, keys, charts };
     let tables = [PITCH, DEPTH].into_iter().filter(|index| envelope.limits(*index).is_some());
     let tables =
@@ -88,7 +93,7 @@ impl<'a> Envelope<'a> {
     pub fn remark(&self, steps: impl Iterator<Item = (f64, f64)>) -> String {
         let step = self.subject.step();
         if step.index == DEPTH && self.limits(DEPTH).is_some() {
-            return " The autopilot turns a step of depth into a ramp that the vehicle can follow.".into();
+            return " The autopilot converts a depth step to a ramp that the vehicle can follow.".into();
         }
         let shown = |height: f64| tidy(step.factor * height, 1);
         let limited = steps.filter_map(|(speed, height)| {
@@ -163,9 +168,9 @@ impl<'a> Envelope<'a> {
         };
         let most = self.flight().filter_map(part).max_by(|a, b| a.0.total_cmp(&b.0));
         let margin = most.map_or_else(String::new, |(part, speed)| {
-            let beyond = if part > 1.0 { ": there the reference is limited" } else { "" };
+            let beyond = if part > 1.0 { ", where the reference is limited" } else { "" };
             format!(
-                " The default flight asks for up to {} of the way from level flight to the limit of pitch, at \
+                " The default manoeuvre uses up to {} of the pitch range between level trim and the limit, at \
                      {speed:.2} m/s{beyond}.",
                 percent(part, 0)
             )
@@ -177,29 +182,28 @@ impl<'a> Envelope<'a> {
             (
                 PITCH,
                 format!(
-                    "pitch to the steepest steady climb and dive that take at most {authority} of each actuator's \
-                     limits, and to {least} to {largest} deg"
+                    "pitch to the steepest steady climb and dive that require at most {authority} of the limits of \
+                     each actuator, and to {least} to {largest} deg"
                 ),
             ),
             (
                 DEPTH,
                 format!(
-                    "the rate of depth to that of the steepest steady climb and dive that take at most {authority} of \
-                     each actuator's limits, on a path of at most {} deg",
+                    "the depth rate to that of the steepest steady climb and dive that require at most {authority} \
+                     of the limits of each actuator, on a path of at most {} deg",
                     degrees(asked.path_angle)
                 ),
             ),
             (
                 SPEED,
-                "the rate of speed to what the actuators give in level flight without pitching, the least over the \
-                 speeds"
+                "the acceleration to that available in level motion without pitching, the least over the speeds"
                     .into(),
             ),
         ];
         let of = of.into_iter().filter(|(index, _)| self.limits(*index).is_some()).map(|(_, words)| words);
         format!(
-            "The autopilot limits references to an envelope: {}. \
-             Every claim is about the references as they are used.{margin}",
+            "The autopilot limits references to an envelope: {}. All claims apply to the references as they are \
+             used.{margin}",
             of.collect::<Vec<_>>().join("; ")
         )
     }

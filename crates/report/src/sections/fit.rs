@@ -65,7 +65,7 @@ pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
         }
     }
     let caption = format!(
-        "The {} entries of A that vary with speed, by more than {} % of the largest of all, of {}: exact at {} \
+        "The {} entries of A that vary with speed by more than {} % of the largest entry, for {}: exact at {} \
             speeds, and as polynomials. x = [{}].",
         charts.len(),
         100.0 * VARIES,
@@ -129,8 +129,8 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     let figure = Figure {
         name: "fig4-frequency-responses".into(),
         caption: format!(
-            "From {} (the actuator that moves pitch most) to pitch, of {}, at three speeds. Where the curves \
-                lie on one another, the polynomials are as good as exact.",
+            "Response from {} (the actuator with the largest effect on pitch) to pitch, of {}, at three speeds. \
+                Where the curves coincide, the error of the polynomials is negligible.",
             actuator.name,
             subject.name()
         ),
@@ -139,7 +139,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     };
     let mut table = Table::new(["order", "rms residual of A, % of its variation"]);
     table.head.push(format!("largest error of the response from {} to pitch, %", actuator.name));
-    table.head.push("from all actuators to what is tracked, in the scales of the design, %".into());
+    table.head.push("from all actuators to the tracked outputs, in the scales of the design, %".into());
     for r in &subject.model.residuals {
         table.rows.push(vec![
             r.order.to_string(),
@@ -165,14 +165,14 @@ fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
     let without_surge = computed.a.view((heave, heave), (size, size)).into_owned();
     let mut table = Table::new(["linear model", "poles (rad/s)"]);
     for (model, found) in [
-        (format!("printed: {}", printed.source), &printed.poles),
-        ("computed here from the coefficients, about the trim".into(), &computed.eigenvalues()),
+        (format!("published: {}", printed.source), &printed.poles),
+        ("computed from the coefficients, about the trim".into(), &computed.eigenvalues()),
         ("the same without surge".into(), &eigenvalues(&without_surge)),
     ] {
         table.rows.push(vec![model, poles(found)]);
     }
     let words = format!(
-        "The linear model that the source of the coefficients prints, at {} m/s. {}",
+        "The linear model published with the coefficients, at {} m/s. {}",
         printed.speed, printed.note
     );
     Ok(vec![Part::Words(words), Part::Table(table)])

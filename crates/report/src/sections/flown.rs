@@ -68,9 +68,9 @@ fn margins(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
         "phase of the disk margin",
         "more gain",
         "less gain",
-        "delay at one place",
+        "delay at one point",
         "delay in all commands at once",
-        "|S|, largest of all places",
+        "|S|, largest of all points",
     ]);
     let limits = keys.len();
     keys.push(Key::reference("required"));
@@ -97,7 +97,7 @@ fn margins(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
     Figure {
         name: "margins-over-speed".into(),
         caption: format!(
-            "The least margins of {} over speed, of all places at which the loop can be opened.",
+            "Smallest margins of {} over speed, over all points at which the loop can be opened.",
             subject.name()
         ),
         keys,
@@ -119,7 +119,7 @@ fn noise(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
     let curves = actuators.iter().enumerate().map(rms).collect();
     Figure {
         name: "noise-over-speed".into(),
-        caption: format!("The rms of each command of {} under sensor noise, over speed.", subject.name()),
+        caption: format!("Rms of each command of {} under sensor noise, over speed.", subject.name()),
         keys,
         charts: vec![Chart::over_speed("commands under noise, rms (% of reach)", curves)],
     }
@@ -128,17 +128,18 @@ fn noise(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
 fn words(subject: &Subject) -> String {
     let which = subject.wanted_speed();
     format!(
-        "The linear loop at a frozen speed with everything that flies: true linearisation, sampled controller, \
-            commands held, lags of the actuators, trim that follows the {which}. Each margin is the smallest of all \
-            places at which the loop can be opened while it stays closed elsewhere, each measurement and each command: \
-            with L = 1/S - 1 there, the gain margins are 1/|L| where L crosses the negative real axis, the phase \
-            margin is |arg(-L)| where |L| = 1, the delay margin is arg(-L)/w there, with arg from 0 to 2 pi. The disk \
-            margin is alpha = 1/max|S - 1/2| (P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems Magazine 40(5), \
-            2020), with the phase 2 atan(alpha/2): gain and phase may change by as much at the same time. Steps are of \
-            the reference of each output, followed for {DURATION:.0} s; settled: within 2 %; the steady error is |1 - \
-            T| at z = 1. Gust: the water begins to move vertically by {GUST} m/s at once, and heave through the water \
-            jumps by as much. Noise: white at each sample, 0.05 deg rms on angles, 0.05 deg/s on the rate, 0.01 m/s on \
-            speeds, 0.01 m on the depth; the rms of a command follows from a Lyapunov equation."
+        "The linear loop at a frozen speed as implemented: true linearisation, sampled controller with zero-order \
+            hold, lags of the actuators, and a trim that follows the {which}. Each margin is the smallest over all \
+            points at which the loop can be opened while it remains closed elsewhere, that is, each measurement and \
+            each command: with L = 1/S - 1 at this point, the gain margins are 1/|L| where L crosses the negative \
+            real axis, the phase margin is |arg(-L)| where |L| = 1, and the delay margin is arg(-L)/w at the same \
+            frequency, with arg from 0 to 2 pi. The disk margin is alpha = 1/max|S - 1/2| (P. Seiler, A. Packard, P. \
+            Gahinet, IEEE Control Systems Magazine 40(5), 2020), with the phase 2 atan(alpha/2): gain and phase may \
+            change by this amount simultaneously. Steps are applied to the reference of each output and simulated \
+            for {DURATION:.0} s; settled: within 2 %; the steady error is |1 - T| at z = 1. Gust: a vertical \
+            velocity of the water of {GUST} m/s starts as a step, and heave relative to the water jumps by the same \
+            amount. Noise: white at each sample, 0.05 deg rms on angles, 0.05 deg/s on the rate, 0.01 m/s on speeds, \
+            0.01 m on the depth; the rms of a command follows from a Lyapunov equation."
     )
 }
 

@@ -60,14 +60,14 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     let built = if back_off > 0.0 {
         format!("built {:.1} % above its least gamma", 100.0 * back_off)
     } else {
-        "whose controller was given".to_owned()
+        "with the given controller".to_owned()
     };
     let words = format!(
-        "'Best' rows contain the least gamma that any controller reaches if it may assume this about the \
-            speed, within {} %; 'this loop' is the finished one, {built}. Only the last \
-            holds for every trajectory of speed and between the samples; bounded rates and arbitrarily fast changes \
-            are analysed at {SAMPLES} speeds. The gain at a bounded rate lies between that at constant speed and that \
-            for arbitrarily fast changes: where these are within {} %, or no closer bound is found, both are given.",
+        "Rows with 'best' contain the least gamma of any controller under this assumption about the speed, within {} \
+            %; 'this loop' is the final one, {built}. Only the last row holds for every trajectory of speed, also \
+            between the sampled speeds; bounded rates and arbitrarily fast changes are analysed at {SAMPLES} speeds. \
+            The gain at a bounded rate lies between that at constant speed and that for arbitrarily fast changes: if \
+            these differ by less than {} %, or no closer bound is found, both are given.",
         100.0 * ACCURACY,
         100.0 * CLOSE
     );
@@ -93,12 +93,9 @@ fn rungs(subject: &Subject, found: &Ladder, acceleration: f64, slow: String) -> 
     vec![
         ("best controller for one frozen speed, the hardest of six".into(), number(alone.reduce(f64::max))),
         ("best scheduled controller, any trajectory of speed".into(), number(found.scheduled.clone().ok())),
-        ("the same by symmetric scalings alone".into(), number(found.scheduled_symmetric.clone().ok())),
-        ("this loop, speed constant, at its worst".into(), number(Some(found.frozen_gain.gamma))),
-        (
-            format!("this loop, speed changing by at most {acceleration:.3} m/s^2, as the manoeuvre does"),
-            slow,
-        ),
+        ("the same, symmetric scalings only".into(), number(found.scheduled_symmetric.clone().ok())),
+        ("this loop, constant speed, worst case".into(), number(Some(found.frozen_gain.gamma))),
+        (format!("this loop, speed changing by at most {acceleration:.3} m/s^2, as in the manoeuvre"), slow),
         ("this loop, speed changing arbitrarily fast".into(), number(fast)),
         ("this loop, bound for every trajectory of speed".into(), number(Some(certified))),
     ]
@@ -122,7 +119,7 @@ fn figure(subject: &Subject, found: &Ladder) -> Figure {
         .collect();
     let level = |gamma: Option<f64>| gamma.map_or_else(Vec::new, |g| vec![(low, g), (high, g)]);
     let lines = [
-        ("best controller for this speed alone", alone),
+        ("best controller for this speed only", alone),
         ("this loop at this speed, frozen", frozen),
         ("best scheduled controller", level(found.scheduled.as_ref().ok().copied())),
         ("this loop, bound for any trajectory of speed", level(Some(found.certified))),
@@ -131,7 +128,7 @@ fn figure(subject: &Subject, found: &Ladder) -> Figure {
     let curves = lines.into_iter().enumerate().map(|(key, (_, points))| Curve { key, points }).collect();
     Figure {
         name: "ladder-of-gammas".into(),
-        caption: format!("Gammas of {} over speed.", subject.name()),
+        caption: format!("Values of gamma for {} over speed.", subject.name()),
         keys,
         charts: vec![Chart::over_speed("gain gamma (-)", curves)],
     }

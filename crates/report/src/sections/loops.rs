@@ -24,11 +24,11 @@ pub fn loops(subject: &Subject) -> Result<Vec<Part>, Error> {
     let loops = subject.truth.iter().map(|l| FrozenLoop::flying(subject, &subject.controller, l));
     let loops = loops.collect::<Result<Vec<FrozenLoop>, Error>>()?;
     let mut parts = vec![Part::Words(
-        "The linear loop at six frozen speeds as it flies: true linearisation, sampled controller, lags of the \
-            actuators. It is opened at the measurement of one output while the others stay closed, L = 1/S - 1. In the \
-            Nichols charts no curve enters the dashed disk |S - 1/2| > 1/alpha about the point -1, at 0 dB and -180 \
-            deg; alpha is the least disk margin of the six at the frequencies drawn (P. Seiler, A. Packard, P. \
-            Gahinet, 2020)."
+        "The linear loop at six frozen speeds as implemented: true linearisation, sampled controller, lags of the \
+            actuators. It is opened at the measurement of one output while the others remain closed, L = 1/S - 1. In \
+            the Nichols charts no curve enters the dashed disk |S - 1/2| > 1/alpha around the point -1, at 0 dB and \
+            -180 deg; alpha is the smallest disk margin of the six at the plotted frequencies (P. Seiler, A. \
+            Packard, P. Gahinet, 2020)."
             .into(),
     )];
     for (i, tracked) in subject.inputs.design.tracked.iter().enumerate() {
@@ -94,11 +94,11 @@ fn figure(subject: &Subject, loops: &[FrozenLoop], i: usize, name: &str) -> Figu
     }
     let mut keys = subject.speed_keys();
     keys.push(Key::reference(format!("disk with alpha = {alpha:.3}")));
-    keys.push(Key { dash: "7 3", ..Key::reference("model that is followed") });
+    keys.push(Key { dash: "7 3", ..Key::reference("reference model") });
     Figure {
         name: format!("loop-of-{name}"),
         caption: format!(
-            "The loop of {} opened at {name}: gain, phase and both in a Nichols chart; and closed, from its reference \
+            "The loop of {} opened at {name}: gain, phase and Nichols chart; and the closed loop from its reference \
                 to {name}.",
             subject.name()
         ),

@@ -54,9 +54,9 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
     let off = rows.iter().map(|r| r.error(SPEED).abs()).fold(0.0, f64::max);
     let outside = rows.iter().filter(|r| r.out_of_range).count() as f64 / rows.len() as f64;
     let words = format!(
-        "A {} step of {} at {} s while the speed goes from {} to {} m/s in {} s. At the end the {} is \
-            {:.3} {} off, the speed was never more than {off:.3} m/s off, and outside the range of the design \
-            during {:.1} % of the flight.",
+        "A {} step of {} at {} s while the speed changes from {} to {} m/s within {} s. At the end the {} error is \
+            {:.3} {}; the largest speed error is {off:.3} m/s, and the speed is outside the range of the design \
+            during {:.1} % of the simulation.",
         step.name,
         step.words(),
         m.step_time,
@@ -68,9 +68,9 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         step.unit,
         100.0 * outside
     );
-    let early = flight.surfacing.map(|s| format!("{words} The flight ends early: {s}."));
+    let early = flight.surfacing.map(|s| format!("{words} The simulation ends early: {s}."));
     let words = early.unwrap_or(words);
-    let caption = format!("{}: nonlinear, with the sampled autopilot.", capital(&subject.name()));
+    let caption = format!("{}: nonlinear simulation with the sampled autopilot.", capital(&subject.name()));
     let figure = Figure { name: format!("{}-step-on-a-ramp", step.name), caption, keys, charts };
     Ok(vec![Part::Words(words), Part::Figure(figure)])
 }

@@ -27,8 +27,8 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
             Ok(at) => found.push(at),
             Err(Error::Design(DesignError::Uncertain(UncertainError::NothingUncertain { design }))) => {
                 return Ok(vec![Part::Words(format!(
-                    "{design} declares no uncertainty, so that there is nothing to analyse: a section \
-                         [uncertainty] in it names coefficients with their ranges."
+                    "{design} declares no uncertainty, so there is nothing to analyse; a table [uncertainty] lists \
+                         coefficients with their ranges."
                 ))]);
             }
             Err(reason) => without.push(reason),
@@ -79,18 +79,17 @@ fn about(found: &[SpeedMu], has_lags: bool) -> String {
     let lags = if has_lags { "with" } else { "without" };
     let (parameters, channels) = found.iter().map(|f| f.size).max().unwrap_or((0, 0));
     format!(
-        "mu is one over the size of the smallest perturbation that destabilises the loop of the linear model \
-            and the controller, both frozen at a speed; 1 is the uncertainty that the design file declares. \
-            It is up to {parameters} real \
-            parameters in {channels} channels: coefficients with their relative errors, the gain of each \
-            actuator, and how far all that moves the trim. The coefficients enter exactly, the trim to first \
-            order. The upper bound of the table holds at every frequency from zero to infinity, between the \
-            points of the curves as well; each lower bound is shown by a perturbation of the model, with which \
-            its loop has a pole on the axis. In the model the incidence, which moves the trim, is an \
-                 independent parameter; the next table is about vehicles, whose trim follows from their \
-                 coefficients. Figure and first table are of the loop in continuous time, as it was designed: {lags} \
-            the lags of the actuators. The bounds are for constant perturbations at a constant speed; a \
-                 changing speed is covered by the certificate."
+        "mu is the inverse of the size of the smallest perturbation that destabilises the loop of the linear model \
+            and the controller, both frozen at a speed; size 1 is the uncertainty declared in the design file. It \
+            consists of up to {parameters} real parameters in {channels} channels: coefficients with their relative \
+            errors, the gain of each actuator, and the resulting change of the trim. The coefficients enter exactly, \
+            the trim to first order. The upper bounds in the table hold at every frequency from zero to infinity, \
+            also between the points of the curves; each lower bound is attained by a perturbation of the model that \
+            places a pole of the loop on the imaginary axis. In the model the incidence, which determines the trim, \
+            is an independent parameter; the next table is about vehicles, whose trim follows from their \
+            coefficients. The figure and the first table apply to the loop in continuous time, as designed: {lags} \
+            the lags of the actuators. The bounds are for constant perturbations at a constant speed; the \
+            certificate covers a changing speed."
     )
 }
 
@@ -118,11 +117,10 @@ fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
     Figure {
         name: "fig7-mu-bounds".into(),
         caption: format!(
-            "mu for robust stability of {} with the controller frozen at six speeds. Curves: upper bounds; \
-                dots of the same colour: lower bounds, each shown by a perturbation at that very \
-                frequency (at the left edge: at frequency zero, which has no place on the axis and where the \
-                upper bound, too, may be above the curve). For real parameters a lower bound is found at some \
-                frequencies and not at others.",
+            "mu for robust stability of {} with the controller frozen at six speeds. Curves: upper bounds; dots of \
+                the same colour: lower bounds, each attained by a perturbation at this frequency (dots at the left \
+                edge are at frequency zero, which is not on the axis and where the upper bound may also be above the \
+                curve). For real parameters lower bounds are found at some frequencies only.",
             subject.name()
         ),
         keys,
@@ -158,17 +156,16 @@ fn table(found: &[SpeedMu]) -> Table {
 }
 
 fn about_vehicles() -> String {
-    "The same for vehicles, as the loop flies, with the lags of the actuators and sampled, and in continuous \
-        time, as it was designed. The perturbation of the model, without its part of the trim, is increased \
-             step by step; the vehicle with its coefficients and actuator gains is trimmed again (within \
-             the limits of its actuators) and linearised. This is one direction only: another vehicle may \
-             be unstable with smaller errors."
+    "The same for vehicles, for the loop as implemented, sampled and with the lags of the actuators, and in \
+        continuous time, as designed. The perturbation of the model, without its trim part, is increased step by \
+        step; the vehicle with these coefficients and actuator gains is trimmed again (within the limits of its \
+        actuators) and linearised. This is a single direction: another vehicle may be unstable with smaller errors."
         .into()
 }
 
 fn vehicles_table(found: &[SpeedMu]) -> Table {
     let mut table =
-        Table::new(["speed (m/s)", "vehicle found unstable at, as it flies", "in continuous time"]);
+        Table::new(["speed (m/s)", "vehicle found unstable at, as implemented", "in continuous time"]);
     for f in found {
         let size =
             |size: Option<f64>| size.map_or_else(|| "none found".into(), |v| format!("{:.0} %", 100.0 * v));
@@ -178,28 +175,29 @@ fn vehicles_table(found: &[SpeedMu]) -> Table {
 }
 
 fn causes_table(found: &[SpeedMu]) -> Table {
-    let mut table =
-        Table::new(["speed (m/s)", "the largest parts of the destabilising perturbation, and their shares"]);
+    let mut table = Table::new([
+        "speed (m/s)",
+        "largest components of the destabilising perturbation, with their shares",
+    ]);
     table.rows = found.iter().map(|f| vec![format!("{:.2}", f.speed), causes(&f.worst)]).collect();
     table
 }
 
 fn about_gain() -> String {
     format!(
-        "The worst-case gain says what is left of performance: the largest gain of the loop in continuous time \
-            from w to z, of which the gamma of the design is a bound, with \
-         constant coefficients anywhere in the part of the declared uncertainty at the head of the column ({} % \
-         is all of it). Of two numbers the first is reached by a perturbation, the \
-         second is guaranteed at every frequency, both for the model, in which the incidence is an \
-         independent parameter. 'Vehicle': the gain of a vehicle with the coefficients \
-         and gains of actuators of the perturbation, trimmed again. 'No bound': at that size the loop is \
-         not shown to stay stable.",
+        "The worst-case gain measures the remaining performance: the largest gain of the loop from w to z in \
+            continuous time, which the gamma of the design bounds nominally, over all constant coefficients in the \
+            fraction of the declared uncertainty given at the head of the column ({} % is all of it). The first of \
+            two numbers is attained by a perturbation, the second is guaranteed at every frequency, both for the \
+            model, in which the incidence is an independent parameter. 'Vehicle': the gain of a vehicle with the \
+            coefficients and actuator gains of the perturbation, trimmed again. 'No bound': stability is not shown \
+            at this size.",
         100.0 * PARTS[PARTS.len() - 1]
     )
 }
 
 fn gain_table(found: &[SpeedMu]) -> Table {
-    let mut table = Table::new(["speed (m/s)", "gain at no uncertainty"]);
+    let mut table = Table::new(["speed (m/s)", "nominal gain"]);
     for part in PARTS {
         table.head.push(format!("worst case at {:.0} %: model", 100.0 * part));
         table.head.push(format!("at {:.0} %: vehicle", 100.0 * part));

@@ -13,10 +13,10 @@ use squid_design::synthesise::robust::figures::{Frozen, RobustFigures, gain_in_w
 pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(stored) = &subject.stored.robust else {
         let words = if subject.inputs.is_uncertain() {
-            "The controller of this report is the nominal one. `squid design --robust` looks for one that \
-                    tolerates more of the declared uncertainty, and this section then shows both side by side."
+            "The controller of this report is the nominal one. `squid design --robust` searches for a controller \
+                    that tolerates more of the declared uncertainty; this section then compares the two."
         } else {
-            "No uncertainty is declared, so that there is nothing to be robust against."
+            "No uncertainty is declared, so robustness is not analysed."
         };
         return Ok(vec![Part::Words(words.into())]);
     };
@@ -37,11 +37,10 @@ fn about(figures: &RobustFigures) -> String {
     let (parameters, channels, rho) = figures.sizes;
     format!(
         "The controller of this report is the robust one. Coefficients that change arbitrarily fast: at a gain of \
-            {:.4}, which is {}, the robust controller tolerates {} of {} and the nominal one {}. \
-         Both are judged by the same inequality, in \
-         which {parameters} coefficients ({channels} channels) and the speed ({rho} channels) may change at any \
-         rate within their ranges. The table has the gain that is \
-         not exceeded when a smaller or a larger part of the declared uncertainty is allowed.",
+            {:.4}, which is {}, the robust controller tolerates {} of {}, the nominal one {}. Both are analysed with \
+            the same inequality, in which {parameters} coefficients ({channels} channels) and the speed ({rho} \
+            channels) may change at any rate within their ranges. The table contains upper bounds of the gain for \
+            smaller and larger fractions of the declared uncertainty.",
         figures.gamma,
         gain_in_words(figures.gamma),
         percent(figures.robust_tolerated_fraction, 1),
@@ -63,13 +62,12 @@ fn proof(figures: &RobustFigures) -> String {
 
 fn constant(figures: &RobustFigures) -> String {
     format!(
-        "Constant errors of the coefficients are a milder test. For these the figure and its table \
-            show both controllers, frozen at a speed: an upper bound on mu for robust stability (1 is all of \
-            the declared uncertainty, less is better), and the worst-case gain at {} of the declared \
-            uncertainty, of which the first number is reached by a perturbation and the second is guaranteed, \
-            both for the model, in which the incidence is an independent parameter; 'vehicle' is the gain of a \
-            vehicle with the coefficients of the perturbation, trimmed again. Both are of the loop in \
-            continuous time.",
+        "Constant errors of the coefficients are a milder test. For these the figure and its table show both \
+            controllers, frozen at a speed: an upper bound on mu for robust stability (1 is the full declared \
+            uncertainty; smaller is better), and the worst-case gain at {} of the declared uncertainty, of which the \
+            first number is attained by a perturbation and the second is guaranteed, both for the model, in which \
+            the incidence is an independent parameter; 'vehicle' is the gain of a vehicle with the coefficients of \
+            the perturbation, trimmed again. Both apply to the loop in continuous time.",
         percent(figures.constant_size, 0)
     )
 }
@@ -80,7 +78,7 @@ fn number(value: Option<f64>) -> String {
 
 fn ladder(figures: &RobustFigures) -> Table {
     let mut table =
-        Table::new(["part of the declared uncertainty", "gain below: nominal", "gain below: robust"]);
+        Table::new(["fraction of the declared uncertainty", "gain below: nominal", "gain below: robust"]);
     let row = |(size, nominal, robust): &(f64, Option<f64>, Option<f64>)| {
         vec![percent(*size, 1), number(*nominal), number(*robust)]
     };
@@ -98,8 +96,8 @@ fn figure(subject: &Subject, figures: &RobustFigures) -> Figure {
     Figure {
         name: "robust-and-nominal".into(),
         caption: format!(
-            "Upper bounds at six frozen speeds, of {}, with constant coefficients anywhere in their ranges. \
-                Less is better.",
+            "Upper bounds at six frozen speeds for {}, with constant coefficients anywhere in their ranges. Smaller \
+                is better.",
             subject.name()
         ),
         keys: vec![Key::nth(1, "nominal controller"), Key::coloured(0, "robust controller")],

@@ -43,16 +43,16 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     let figure = Figure {
         name: "weights-and-sensitivity".into(),
         caption: format!(
-            "What the weights require and what the loop of {} achieves as it flies (true linearisations at six \
-             frozen speeds, sampled, with the lags of the actuators), in units of the references' scales and the \
-             actuators' limits{weighted}. Dashed: what a gain below {} means for the fitted model in continuous \
-             time{}.",
+            "Required by the weights, and achieved by the loop of {} as implemented (true linearisations at six \
+             frozen speeds, sampled, with the lags of the actuators), in units of the scales of the references and \
+             the limits of the actuators{weighted}. Dashed: implied by a gain below {} for the fitted model in \
+             continuous time{}.",
             subject.name(),
             above(gamma),
             if subject.stored.controller.gamma.certified {
                 ""
             } else {
-                "; this controller is not proved to have it"
+                "; this gain is not proved for this controller"
             }
         ),
         keys,
@@ -106,9 +106,9 @@ impl Achieved {
 fn table(subject: &Subject, Achieved { peaks, steady }: &Achieved) -> Table {
     let mut table = Table::new([
         "speed (m/s)",
-        &format!("peak of |S| of {}, as it flies", subject.step().name),
+        &format!("peak of |S| of {}, as implemented", subject.step().name),
         "in continuous time",
-        "error at zero frequency, %, as it flies",
+        "error at zero frequency, %, as implemented",
         "in continuous time",
     ]);
     for (i, speed) in subject.speeds.iter().enumerate() {

@@ -29,7 +29,8 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
     let until = shown(steps.iter().map(|step| step.settling_time).fold(0.0, f64::max));
     let mut parts = vec![
         Part::Words(format!(
-            "The nonlinear vehicle with the sampled autopilot, lags and limits of the actuators, from trim.{}{}",
+            "Simulations of the nonlinear vehicle with the sampled autopilot, lags and limits of the actuators, from \
+                trim.{}{}",
             ends(subject, &pitched, step.name),
             ends(subject, &faster, "speed")
         )),
@@ -47,7 +48,7 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
         parts.push(Part::Figure(Figure {
             name: "speed-steps".into(),
             caption: format!(
-                "Steps of the {} of {name} by {} m/s, towards the middle of the range, at six speeds.",
+                "Steps of the {} of {name} by {} m/s, towards the middle of the speed range, at six speeds.",
                 subject.wanted_speed(),
                 squid_auv::rounded(speed_step(subject, subject.speeds[0]))
             ),
@@ -60,8 +61,7 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
 /// Returns sentences on the flights that end at the surface.
 fn ends(subject: &Subject, flown: &[Flight], what: &str) -> String {
     let ends = flown.iter().zip(&subject.speeds).filter_map(|(f, v)| Some((v, f.surfacing?)));
-    ends.map(|(v, s)| format!(" In the step of {what} at {v:.2} m/s {s}, and the flight ends there."))
-        .collect()
+    ends.map(|(v, s)| format!(" In the step of {what} at {v:.2} m/s {s}, and the simulation ends.")).collect()
 }
 
 /// Simulates a step of the speed reference at [`STEP_TIME`].

@@ -14,7 +14,7 @@ pub fn structure(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (plant, k) = (subject.plant.sizes(), subject.controller.parts.sizes());
     let (centre, half_range) = subject.inputs.design.scheduling();
     let words = format!(
-        "Theta = rho I, rho = (V - {})/{}, the speed V in m/s. In brackets: how many signals a wire has.",
+        "Theta = rho I, rho = (V - {})/{}, with the speed V in m/s. In brackets: the number of signals.",
         squid_auv::rounded(centre),
         squid_auv::rounded(half_range)
     );
@@ -77,9 +77,10 @@ fn loop_through(
 
 /// Draws the loop with all copies of the parameter in one block, and a controller without parameters.
 fn augmented(plant: Sizes, k: Sizes) -> Diagram {
-    let caption = "The same loop transformed, as the matrix inequalities see it: all copies of \
-        the speed in one block, the copies of the controller passed through the plant."
-        .into();
+    let caption =
+        "The same loop as used in the matrix inequalities: all copies of the speed in one block, with the \
+        copies of the controller passed through the plant."
+            .into();
     let mut d = Diagram::new("fig1b-structure", caption, (560, 310));
     let (x, both) = (280.0, plant.t + k.t);
     d.block((x, 35.0), (190.0, 40.0), &[format!("diag(rho I_{}, rho I_{})", plant.t, k.t)]);
@@ -106,9 +107,9 @@ fn weighted(subject: &Subject, states: usize) -> Diagram {
     let names = |all: Vec<&str>| all.join(", ");
     let outputs = names(design.tracked.iter().map(|t| t.signal.name).collect());
     let caption = format!(
-        "What is weighted: the errors of {outputs} by W_e, the commands by W_u; w has the \
-            references r, the disturbances d at the actuators{}.",
-        if apart { " and the noise n of the sensors" } else { "" }
+        "Weights: W_e on the errors of {outputs}, W_u on the commands; w contains the references r, the disturbances \
+            d at the actuators{}.",
+        if apart { " and the sensor noise n" } else { "" }
     );
     let mut d = Diagram::new("fig2-weights", caption, (760, 270));
     let takes = if apart { format!("r and {} measured", design.measured.len()) } else { "errors".into() };

@@ -10,15 +10,15 @@ use squid_design::certify::limits::ClaimedStep;
 fn reach(theorem: &Theorem, certified: bool) -> &'static str {
     match (theorem.gamma_with_model_error, certified) {
         (Some(_), true) => {
-            "The second sentence covers the true linearisations and the slope of their trims, which the fitted model \
-                misses a little. `squid verify` proves the certificate in the FMU again."
+            "The second sentence covers the true linearisations and the slope of their trims, from which the fitted \
+                model differs slightly. `squid verify` proves the certificate in the FMU again."
         }
         (Some(_), false) => {
-            "The second sentence covers the true linearisations and the slope of their trims, which the fitted model \
-                misses a little."
+            "The second sentence covers the true linearisations and the slope of their trims, from which the fitted \
+                model differs slightly."
         }
         (None, _) => {
-            "It is about the fitted model only: nothing is proved about the true linearisations, and the \
+            "The proof applies to the fitted model only: nothing is proved about the true linearisations, and the \
                  controller counts as uncertified."
         }
     }
@@ -48,8 +48,8 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
     let step = subject.proof().as_ref().ok().and_then(|theorem| ClaimedStep::of(design, theorem)).map(|step| {
         let ClaimedStep { output, size, unit, .. } = step;
         format!(
-            "The step with saturated commands is one of the {} reference from trim, of up to {size} {unit} \
-                 in either direction, at a constant reference of the speed.",
+            "The step with saturated commands is a step of the {} reference from trim, of up to {size} {unit} in \
+                 either direction, at a constant speed reference.",
             output
         )
     });
@@ -60,9 +60,9 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
         "other saturation"
     };
     let limits = format!(
-        "It does not cover {rates}, sampling (of which `sampled_certificate.json` has a claim of its own), \
-            {lags}or the vehicle's nonlinearity away from trim; the flights on this page have all of these, but a \
-            flight is no proof."
+        "The proof does not cover {rates}, sampling (proved separately in `sampled_certificate.json`), {lags}or the \
+            nonlinearity of the vehicle away from trim; the simulations on this page include all of these, but they \
+            are not proofs."
     );
     Ok(words.into_iter().chain(step).chain([limits]).map(Part::Words).collect())
 }

@@ -17,14 +17,14 @@ pub fn verdict(subject: &Subject) -> Result<Vec<Part>, Error> {
     };
     table.rows = verdict.rows.iter().map(row).collect();
     if verdict.missed().next().is_some() {
-        table.head.push("what to change".into());
+        table.head.push("advice".into());
         for (cells, row) in table.rows.iter_mut().zip(&verdict.rows) {
-            let missed = if row.outcome == Outcome::Missed { "`squid design` looks for it" } else { "" };
+            let missed = if row.outcome == Outcome::Missed { "`squid design` searches for it" } else { "" };
             cells.push(row.advice.as_ref().map_or(missed, |advice| &advice.words).into());
         }
     }
     let words = format!(
-        "Of {}: {}. The limits are those of [require] in {}, or its defaults.",
+        "For {}: {}. The limits are those of [require] in {}, or defaults.",
         subject.name(),
         verdict.summary(),
         subject.inputs.design.file

@@ -72,8 +72,8 @@ pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     let figure = Figure {
         name: "at-sea".into(),
         caption: format!(
-            "{} in these seas over depth, at six speeds; there is no point if the hull breaks the surface \
-                 in one of them.",
+            "{} in these seas over depth, at six speeds; points are missing where the hull breaks the surface in one \
+                 of them.",
             capital(&subject.name())
         ),
         keys: subject.speed_keys(),
@@ -140,7 +140,7 @@ pub(super) fn quantities(subject: &Subject) -> Vec<(String, MeanSquare)> {
 fn about(sea: &Sea, depth: f64) -> String {
     let waves = sea.waves.as_ref().map_or("no waves".into(), |swell| {
         format!(
-            "waves of Hs = {} m with their peak at {:.3} rad/s, {:.0} deg from where the vehicle faces",
+            "waves of Hs = {} m with peak at {:.3} rad/s, {:.0} deg from the heading of the vehicle",
             squid_auv::rounded(swell.spectrum.height()),
             swell.spectrum.peak(),
             swell.heading.to_degrees()
@@ -148,10 +148,10 @@ fn about(sea: &Sea, depth: f64) -> String {
     });
     let wanders = if sea.gauss_markov.is_some() { ", with a Gauss-Markov part" } else { "" };
     format!(
-        "Level at a constant speed, from {} m below still water: {waves}; a current of {} m/s there{wanders}; sensors \
-         with the errors of the file. The table has root mean squares over {SEAS} such seas of {FLOWN} s, of seeds {} \
-         and up: true errors to the references, and heave, through the water, and commands about their \
-              means; `-` if the hull breaks the surface. Simulated, not proved.",
+        "Level motion at constant speed, from {} m below still water: {waves}; a current of {} m/s at this \
+         depth{wanders}; sensors with the errors of the file. The table contains root mean squares over {SEAS} such \
+         seas of {FLOWN} s, with seeds from {}: true errors relative to the references, heave relative to the water, \
+         and commands about their means; `-` if the hull breaks the surface. Simulated, not proved.",
         squid_auv::rounded(depth),
         squid_auv::rounded(sea.layers.at(depth).0),
         sea.seed

@@ -51,7 +51,7 @@ pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
         };
         (speed, which, roots(flown))
     });
-    let mut table = Table::new(["speed (m/s)", "made for this sea"]);
+    let mut table = Table::new(["speed (m/s)", "designed for this sea"]);
     table.head.extend(names);
     for (speed, which, roots) in &found {
         let cell = |i: usize| roots.as_ref().map_or("-".into(), |roots| decimals(roots[i], DIGITS));
@@ -116,20 +116,21 @@ fn climb(subject: &Subject, sea: &WorkingSea, both: [&ControllerDesign; 2]) -> R
     }
     let chart = |label: &str, curves| Chart {
         title: String::new(),
-        x: Axis::linear("time from reaching the working depth (s)"),
+        x: Axis::linear("time relative to reaching the working depth (s)"),
         y: Axis::linear(label),
         curves,
     };
     Ok(Figure {
         name: "surfacing".into(),
         caption: format!(
-            "{} climbs from {} m at {} m/s with {} deg: the last minute on its way to the working depth.",
+            "{} climbs from {} m at {} m/s with a pitch of {} deg: the last minute before reaching the working \
+                depth.",
             capital(&subject.name()),
             squid_auv::rounded(from),
             squid_auv::rounded(speed),
             squid_auv::rounded(pitch.to_degrees())
         ),
-        keys: vec![Key::nth(0, "made for this sea"), Key::nth(1, "the same weights without [sea]")],
+        keys: vec![Key::nth(0, "designed for this sea"), Key::nth(1, "the same weights without [sea]")],
         charts: vec![chart("error of the pitch (deg)", errors), chart("depth (m)", depths)],
     })
 }
@@ -137,11 +138,10 @@ fn climb(subject: &Subject, sea: &WorkingSea, both: [&ControllerDesign; 2]) -> R
 /// Returns the description of the simulated flights.
 fn about(sea: &WorkingSea) -> String {
     format!(
-        "The design has waves of Hs = {} m with their peak at {:.3} rad/s in its generalised plant, as \
-             encountered {} m deep, with a weight of {}. Its controller is compared with that of the same \
-             file without [sea]. Level at \
-         a constant speed: root mean squares over {SEAS} such seas of {FLOWN} s; `-` if the hull breaks the \
-              surface. Simulated, not proved.",
+        "The generalised plant of the design contains waves of Hs = {} m with peak at {:.3} rad/s, as encountered at \
+             a depth of {} m, with a weight of {}. Its controller is compared with that of the same file without \
+             [sea]. Level motion at constant speed: root mean squares over {SEAS} such seas of {FLOWN} s; `-` if the \
+             hull breaks the surface. Simulated, not proved.",
         squid_auv::rounded(sea.waves.spectrum.height()),
         sea.waves.spectrum.peak(),
         squid_auv::rounded(sea.depth),

@@ -29,21 +29,22 @@ pub fn held(subject: &Subject) -> Result<Vec<Part>, Error> {
     let all = inputs.vehicle.actuators.iter().zip(&controller.actuators).filter(steering);
     let names: Vec<&str> = all.map(|(one, _)| one.name.as_str()).collect();
     let words = format!(
-        "A moment grows within {RISE:.0} s to {FACTOR} times what the actuators hold at unchanged thrust along the \
-         hull, acts for {HELD:.0} s and falls within {RISE:.0} s; a pitching moment exceeds what they hold by at most \
-         half the righting moment of the hull. While {} stays at its limit, the reference yields to what is measured.",
+        "A moment increases within {RISE:.0} s to {FACTOR} times the moment that the actuators can hold at unchanged \
+         thrust along the hull, acts for {HELD:.0} s and decreases within {RISE:.0} s; a pitch moment exceeds that \
+         of the actuators by at most half the righting moment of the hull. While {} stays at its limit, the \
+         reference moves towards the measured value.",
         names.join(" or ")
     );
     let lost = subject.speeds.iter().zip(&flights).filter(|(_, flight)| flight.is_none());
     let lost: Vec<String> = lost.map(|(speed, _)| format!("{speed:.2}")).collect();
     let Some(flights) = flights.into_iter().collect::<Option<Vec<Flight>>>() else {
-        let words = format!("{words} At {} m/s the vehicle is lost.", lost.join(", "));
+        let words = format!("{words} At {} m/s the simulation fails.", lost.join(", "));
         return Ok(vec![Part::Words(words)]);
     };
     let figure = Figure {
         name: "held-responses".into(),
         caption: format!(
-            "{} under a moment that the actuators cannot hold, at six speeds.",
+            "{} under a moment that exceeds the actuators, at six speeds.",
             capital(&subject.name())
         ),
         ..steps::figure(subject, subject.speed_keys(), &flights, SHOWN)

@@ -67,8 +67,8 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         let speeds = pairs.iter().map(|pair| format!("{:.2}", pair.speed)).collect::<Vec<_>>().join(", ");
         let both = pairs.iter().flat_map(|pair| [-size, size].map(|height| (pair.speed, height)));
         let words = format!(
-            "At {speeds} m/s steps of the {name} reference by {shown} {}, in either direction, take no \
-                 command to its limit.{}",
+            "At {speeds} m/s, steps of the {name} reference by {shown} {}, in either direction, saturate no \
+                 command.{}",
             step.unit,
             envelope.remark(both)
         );
@@ -77,13 +77,13 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
     let mut table = Table::new(["speed (m/s)"]);
     let from = if ["depth", "heading"].contains(&step.name) { "start" } else { "trim" };
     table.head.extend([
-        format!("step asked ({})", step.unit),
-        format!("step used ({})", step.unit),
+        format!("requested step ({})", step.unit),
+        format!("limited step ({})", step.unit),
         "anti-windup".into(),
         format!("{} from {from}, at most ({})", step.name, step.unit),
-        "a command at its limit (s)".into(),
-        "settled to 2 % after its removal (s)".into(),
-        "overshoot then (%)".into(),
+        "time with a saturated command (s)".into(),
+        "settled to 2 % after removal (s)".into(),
+        "overshoot after removal (%)".into(),
     ]);
     for pair in &pairs {
         for (flight, name) in [(&pair.with, "yes"), (&pair.without, "no")] {
@@ -95,11 +95,10 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         }
     }
     let words = format!(
-        "The {} reference steps by {} {}, is removed after {HELD} s, and the flight goes on for {FLOWN} s; \
-             at each speed \
-            in the direction in which a command is longer at its limit without anti-windup, in deep water. \
-                 Anti-windup feeds the saturated part of the commands back into the controller's states; \
-                 each flight is also shown without it.{}",
+        "A step of the {} reference by {} {} is removed after {HELD} s, and the simulation continues for {FLOWN} s, \
+             in deep water; at each speed the direction is that in which a command saturates longer without \
+             anti-windup. Anti-windup feeds the saturated part of the commands back into the states of the \
+             controller; each simulation is also shown without it.{}",
         step.name,
         tidy(step.factor * size, 1),
         step.unit,
