@@ -65,13 +65,13 @@ pub enum ManoeuvreError {
     #[error("the manoeuvre cannot be read: {0}")]
     Json(#[from] serde_json::Error),
     /// Unsupported format or version.
-    #[error("format is '{found}', but only '{MANOEUVRE_FORMAT}' can be read")]
+    #[error("format is '{found}'; it must be '{MANOEUVRE_FORMAT}'")]
     WrongFormat { found: String },
     /// Number out of its allowed range.
-    #[error("{key} is {value}, but must be {allowed}")]
+    #[error("{key} is {value:?}; it must be {allowed}")]
     BadNumber { key: String, value: f64, allowed: String },
     /// Step that ends before it starts.
-    #[error("step_end is {step_end} s, before step_time at {step_time} s")]
+    #[error("step_end is {step_end:?} s, before step_time at {step_time:?} s")]
     StepEndsBeforeItStarts { step_time: f64, step_end: f64 },
 }
 
@@ -156,7 +156,7 @@ impl Manoeuvre {
                 Some(&design.signals[index])
             });
             let Some(signal) = signal else {
-                return check_number(&key, *height, false, "0: the autopilot has no reference of it");
+                return check_number(&key, *height, false, "0, because the autopilot has no such reference");
             };
             let half_turn = if signal.circular { PI } else { f64::INFINITY };
             let [least, most] = signal.range.unwrap_or([-half_turn, half_turn]);

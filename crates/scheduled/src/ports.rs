@@ -37,7 +37,7 @@ impl Port {
         }
         let unit = &self.unit;
         let hint = match unit.strip_prefix("rad") {
-            Some(rest) => format!("; {value} deg{rest} are {} {unit}", value.to_radians()),
+            Some(rest) => format!(" ({value} deg{rest} is {} {unit})", value.to_radians()),
             None => String::new(),
         };
         let (name, meaning) = reference

@@ -38,7 +38,7 @@ pub struct Snapshot {
 #[allow(missing_docs)]
 pub enum SnapshotError {
     /// List whose length differs from that of the design.
-    #[error("it has {found} {what}, but the controller has {expected}")]
+    #[error("the number of {what} is {found}; in the controller it is {expected}")]
     Length { what: &'static str, found: usize, expected: usize },
     /// Value that is infinite or not a number.
     #[error("it contains the number {value}")]

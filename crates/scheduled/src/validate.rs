@@ -89,11 +89,11 @@ impl ControllerDesign {
             }
             if signal.reference.is_some() && index > 0 && self.signals[index - 1].reference.is_none() {
                 let (found, allowed) =
-                    (signal.name.clone(), "before the signals without a reference".to_owned());
+                    (signal.name.clone(), "before all signals without a reference".to_owned());
                 return Err(DesignError::BadText { key: key("name"), found, allowed });
             }
             if signal.level == Level::Scheduled && self.scheduled() != Some(index) {
-                let allowed = "the level of one signal".to_owned();
+                let allowed = "the level of a single signal".to_owned();
                 return Err(DesignError::BadText {
                     key: key("level"),
                     found: "scheduled".to_owned(),
@@ -115,7 +115,7 @@ impl ControllerDesign {
         let scheduled = self.signals.iter().find(|signal| signal.level == Level::Scheduled);
         if scheduled.is_none_or(|signal| signal.name != scheduling.quantity) {
             let (key, found) = ("scheduling.quantity".to_owned(), scheduling.quantity.clone());
-            let allowed = "the signal with the level 'scheduled'".to_owned();
+            let allowed = "the signal with level 'scheduled'".to_owned();
             return Err(DesignError::BadText { key, found, allowed });
         }
         positive(format_args!("scheduling.half_range"), scheduling.half_range)?;
@@ -178,7 +178,7 @@ impl ControllerDesign {
             Some(index) => Err(DesignError::BadText {
                 key: format!("signals.{index}.circular"),
                 found: "true".to_owned(),
-                allowed: "left out of a signal that is not both followed and measured".to_owned(),
+                allowed: "omitted for a signal that is not both tracked and measured".to_owned(),
             }),
         }
     }
@@ -209,7 +209,7 @@ impl ControllerDesign {
                 actuator.curve.as_ref().map_or([f64::NEG_INFINITY, f64::INFINITY], Curve::ends);
             for (last, value) in [("minimum", actuator.minimum), ("maximum", actuator.maximum)] {
                 if !(least..=most).contains(&value) {
-                    let allowed = "a thrust on its curve";
+                    let allowed = "a thrust within its curve";
                     return Err(DesignError::BadNumber { key: key(last), value, allowed });
                 }
             }
@@ -291,12 +291,12 @@ impl ControllerDesign {
                     }
                     let [least, most] = values;
                     if least > most {
-                        let allowed = "no larger than the other end";
+                        let allowed = "at most the upper end";
                         return Err(DesignError::BadNumber { key: key(0), value: least, allowed });
                     }
                     if name == "rate" && !(least..=most).contains(&0.0) {
                         let (end, value) = if least > 0.0 { (0, least) } else { (1, most) };
-                        let allowed = "such that 0 is between the ends";
+                        let allowed = "such that the range contains 0";
                         return Err(DesignError::BadNumber { key: key(end), value, allowed });
                     }
                 }
@@ -316,7 +316,7 @@ impl ControllerDesign {
                 return Err(DesignError::BadNumber {
                     key,
                     value: *value,
-                    allowed: "within the actuator's limits",
+                    allowed: "within the limits of the actuator",
                 });
             }
         }
@@ -378,7 +378,7 @@ fn name(key: String, name: &str) -> Result<(), DesignError> {
     if name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(is_part) {
         return Ok(());
     }
-    let allowed = "a letter, then letters, digits and underscores".to_owned();
+    let allowed = "letters, digits and underscores, starting with a letter".to_owned();
     Err(DesignError::BadText { key, found: name.to_owned(), allowed })
 }
 

@@ -25,7 +25,7 @@ pub(crate) fn not_negative(key: fmt::Arguments<'_>, value: f64) -> Result<(), De
     if value.is_finite() && value >= 0.0 {
         return Ok(());
     }
-    Err(DesignError::BadNumber { key: key.to_string(), value, allowed: "finite and 0 or more" })
+    Err(DesignError::BadNumber { key: key.to_string(), value, allowed: "finite and at least 0" })
 }
 
 #[inline]
