@@ -15,7 +15,8 @@ pub struct Layers {
 
 impl Layers {
     /// Condition on the layers, for messages.
-    pub const ALLOWED: &str = "one pair [depth in m, velocity in m/s] or more, depths from 0 on and rising";
+    pub const ALLOWED: &str =
+        "at least one pair [depth in m, velocity in m/s], with increasing depths of at least 0";
 
     /// Returns the current with these layers; a single layer gives a current that is constant over depth.
     ///
@@ -76,10 +77,10 @@ impl Wandering {
     /// [`SeaError::NotAllowed`].
     pub fn check(&self) -> Result<(), SeaError> {
         let Self { mu, noise, min, max } = *self;
-        check("mu", mu, mu >= 0.0, "0 or above (1/s)")?;
-        check("noise", noise, noise >= 0.0, "0 or above (m/s per sqrt(s))")?;
-        check("min", min, min <= 0.0, "0 or below (m/s): it is off the mean")?;
-        check("max", max, max >= 0.0, "0 or above (m/s): it is off the mean")
+        check("mu", mu, mu >= 0.0, "at least 0 (1/s)")?;
+        check("noise", noise, noise >= 0.0, "at least 0 (m/s per sqrt(s))")?;
+        check("min", min, min <= 0.0, "at most 0 (m/s), relative to the mean")?;
+        check("max", max, max >= 0.0, "at least 0 (m/s), relative to the mean")
     }
 }
 

@@ -11,8 +11,8 @@ pub enum SeaError {
     NotAllowed { key: &'static str, found: f64, allowed: &'static str },
     /// Waves that would break.
     #[error(
-        "height {height} m with period {period} s is a mean steepness of {steepness:.3}, and waves break beyond \
-         {limit:.3}; with this height the period must be at least {least_period:.2} s"
+        "height {height} m with period {period} s gives a mean steepness of {steepness:.3}, but waves break beyond \
+         {limit:.3}; for this height the period must be at least {least_period:.2} s"
     )]
     TooSteep { height: f64, period: f64, steepness: f64, limit: f64, least_period: f64 },
 }

@@ -33,9 +33,9 @@ impl SensorErrors {
     /// [`SeaError::NotAllowed`].
     pub fn check(&self) -> Result<(), SeaError> {
         let Self { noise, bias, quantum, rate, delay } = *self;
-        check("noise", noise, noise >= 0.0, "0 or above")?;
+        check("noise", noise, noise >= 0.0, "at least 0")?;
         check("bias", bias, true, "a finite number")?;
-        check("quantum", quantum, quantum >= 0.0, "0, for none, or above")?;
+        check("quantum", quantum, quantum >= 0.0, "at least 0 (0 for none)")?;
         check("rate", rate.min(1.0), rate > 0.0, "above 0 (Hz)")?;
         check("delay", delay, (0.0..=10.0).contains(&delay), "from 0 to 10 (s)")
     }
