@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 pub const COMMAND_UNITS: [&str; 5] = ["1", "%", "us", "rpm", "rad/s"];
 
 /// Condition on the points of a curve, for messages.
-pub const POINTS: &str = "two pairs [command, thrust] or more: commands rise, thrusts never fall, and one is zero or \
-                          the first is below zero and the last above";
+pub const POINTS: &str = "at least two pairs [command, thrust] with increasing commands and non-decreasing thrusts \
+                          that include or span zero";
 
 /// Thrust T \[N\] over command c: a table of points or a square law, each with zero thrust within its range.
 ///
@@ -37,10 +37,10 @@ pub enum CurveError {
     #[error("the points of a curve must be {POINTS}")]
     Points,
     /// Factor of a square law that is not above zero.
-    #[error("the square law of a curve has the factor {0}, and it must be above zero")]
+    #[error("the factor of the square law of a curve is {0}; it must be above zero")]
     Square(f64),
     /// Unknown unit of the command.
-    #[error("the commands of a curve are in '{found}', and must be in one of: {}", COMMAND_UNITS.join(", "))]
+    #[error("the unit of the commands of a curve is '{found}'; it must be one of: {}", COMMAND_UNITS.join(", "))]
     #[allow(missing_docs, reason = "the message says what the field is")]
     Unit { found: String },
     /// Both `points` and `square`, or neither.

@@ -15,7 +15,7 @@ pub type Force = [f64; 3];
 ///
 /// ```
 /// let stern_planes = [0.0, -9.64, -6.15];
-/// let text = "positive deflection, ahead, pushes up and turns the bow down";
+/// let text = "positive deflection (moving ahead) pushes up and turns the bow down";
 /// assert_eq!(squid_signals::effect_of_sign(stern_planes, [0.0; 3], "rad").as_deref(), Some(text));
 /// ```
 pub fn effect_of_sign(plane: Force, across: Force, unit: &str) -> Option<String> {
@@ -38,7 +38,7 @@ pub fn effect_of_sign(plane: Force, across: Force, unit: &str) -> Option<String>
     .into_iter()
     .flatten()
     .collect();
-    let output = if unit == "rad" { "deflection, ahead," } else { "thrust" };
+    let output = if unit == "rad" { "deflection (moving ahead)" } else { "thrust" };
     (!effects.is_empty()).then(|| format!("positive {output} {}", effects.join(" and ")))
 }
 
@@ -53,12 +53,12 @@ mod tests {
             ([1.0, 1e-17, 0.0], [0.0; 3], "N", "thrust pushes forward"),
             ([-0.6, 0.8, -0.1], [0.0; 3], "N", "thrust pushes astern and down and turns the bow down"),
             ([0.0, 0.0, 1.4], [0.0; 3], "N", "thrust turns the bow up"),
-            ([0.0, -5.0, 7.0], [0.0; 3], "rad", "deflection, ahead, pushes up and turns the bow up"),
+            ([0.0, -5.0, 7.0], [0.0; 3], "rad", "deflection (moving ahead) pushes up and turns the bow up"),
             (
                 [0.0; 3],
                 [9.6, 0.0, -6.1],
                 "rad",
-                "deflection, ahead, pushes to starboard and turns the bow to port",
+                "deflection (moving ahead) pushes to starboard and turns the bow to port",
             ),
             ([0.0; 3], [0.0, 0.0, 0.3], "N", "thrust turns the bow to starboard"),
             ([0.0; 3], [-1.0, 0.1, 0.0], "N", "thrust pushes to port and rolls to starboard"),
