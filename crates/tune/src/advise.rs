@@ -54,7 +54,7 @@ pub fn advise(
         ControllerKind::Robust => "; each is a robust design and takes many minutes",
         _ => "",
     };
-    let what = format!("designing again with each of {} keys changed{long}", knobs.len());
+    let what = format!("designing with each of {} keys changed{long}", knobs.len());
     let _running = progress.begin("advise", &what);
     let design = |turn: (Knob, f64)| attempt(inputs, &model, &[turn], kind).ok();
     let (base, raised) = rayon::join(
@@ -115,13 +115,14 @@ fn advice(inputs: &Inputs, base: &Verdict, index: usize, found: Option<&Change>)
         return Advice { turn: None, words: "no weight improves it".into() };
     };
     let key = turned.knob.name(&inputs.design);
-    let (verb, by) = if turned.factor > 1.0 { ("raise", "more") } else { ("lower", "less") };
+    let verb = if turned.factor > 1.0 { "raise" } else { "lower" };
     let after = |row: &Row| verdict.rows.iter().find(|other| other.what == row.what).map(Row::found);
     let moves = |row: &Row| format!("{} -> {}", row.found(), after(row).unwrap_or_default());
-    let mut words = format!("{verb} {key}: {:.0} % {by}, {}", 100.0 * (TURN - 1.0), moves(&base.rows[index]));
+    let mut words =
+        format!("{verb} {key} by {:.0} %: {}", 100.0 * (turned.factor - 1.0).abs(), moves(&base.rows[index]));
     let others = (0..base.rows.len()).filter(|i| *i != index && turned.changes[*i] < -NO_GAIN);
     if let Some(worst) = others.min_by(|a, b| turned.changes[*a].total_cmp(&turned.changes[*b])) {
-        words += &format!("; it costs most in {}, {}", base.rows[worst].what, moves(&base.rows[worst]));
+        words += &format!("; the largest cost is in {}, {}", base.rows[worst].what, moves(&base.rows[worst]));
     }
     Advice { turn: Some(Turn { key, factor: turned.factor }), words }
 }

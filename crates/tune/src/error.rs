@@ -14,29 +14,31 @@ pub enum Error {
     Design(#[from] squid_design::error::Error),
     /// A key to be written is not in its expected table.
     #[error(
-        "{file}: 'track' and 'measure' must be tables, each under its own [[...]]; '{key}' cannot be written otherwise"
+        "{file}: 'track' and 'measure' must be tables with their own [[...]] headers; otherwise '{key}' cannot be \
+            written"
     )]
     NotATable { file: String, key: String },
     /// No speed range is suitable for a design.
     #[error(
-        "no two adjacent speeds from {from} to {to} m/s are suitable for {vehicle}, so that there is no speed range \
-         for a first design: {reasons}; write a design file for the range that you need"
+        "no speed range for a first design: no two adjacent speeds from {from} to {to} m/s are suitable for \
+         {vehicle}: {reasons}; write a design file for the required range"
     )]
     NoRange { vehicle: String, from: f64, to: f64, reasons: String },
     /// The vehicle has no straight level flight.
-    #[error("{vehicle} does not fly straight and level at {speed:.2} m/s: {reason}")]
+    #[error("{vehicle} has no straight and level trim at {speed:.2} m/s: {reason}")]
     NoStraightFlight { vehicle: String, speed: f64, reason: String },
     /// No actuator acts on pitch, speed or heading.
     #[error(
-        "no actuator of {vehicle} acts on its {signal} at {speed:.2} m/s, so that it cannot be controlled"
+        "no actuator of {vehicle} acts on its {signal} at {speed:.2} m/s, which therefore cannot be controlled"
     )]
     NoAuthority { vehicle: String, signal: &'static str, speed: f64 },
     /// No design was found.
-    #[error("none of {tried} designs has a controller; the first failed: {reason}")]
+    #[error("no controller was found in {tried} designs; the first failed: {reason}")]
     NoDesign { tried: usize, reason: String },
     /// There is no PID to start from.
     #[error(
-        "{file} has no [controller], and a first PID does not fit: {reason}; write one, docs/pid.md shows how"
+        "{file} has no [controller], and no initial PID could be created: {reason}; write one as explained in \
+            docs/pid.md"
     )]
     NoPid { file: String, reason: String },
 }

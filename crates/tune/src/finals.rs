@@ -48,13 +48,13 @@ pub(crate) fn finals(
         let written = document.to_string();
         let design = inputs.design.parse_again(&written)?;
         let inputs = inputs.redesigned(design)?;
-        let what = "judging in full, and proving";
+        let what = "evaluating in full, and proving";
         let finished = match progress.timed("tune", what, || run(&inputs, &Progress::default())).0 {
             Ok(finished) => finished,
             Err(reason) => {
                 judged.push(Finalist {
                     x: tried.x.clone(),
-                    rejected: Some(format!("judged in full: {reason}")),
+                    rejected: Some(format!("evaluated in full: {reason}")),
                 });
                 failed = Some(reason);
                 continue;
@@ -67,7 +67,7 @@ pub(crate) fn finals(
         }
         judged.push(Finalist {
             x: tried.x.clone(),
-            rejected: Some(format!("judged in full: {}", why.join(", "))),
+            rejected: Some(format!("evaluated in full: {}", why.join(", "))),
         });
         if missed == 0 || !tried.meets_all() {
             break;
@@ -85,7 +85,7 @@ pub(crate) fn finals(
 
 /// Returns the requirements that a finished design misses.
 fn misses(finished: &Finished) -> Vec<String> {
-    let row = |row: &Row| format!("{} is {}, asked {}", row.what, row.found(), row.required());
+    let row = |row: &Row| format!("{} is {}, required {}", row.what, row.found(), row.required());
     let missed = finished.verdict.missed().map(row);
     missed.chain(finished.proof.is_err().then(|| "not proved".to_owned())).collect()
 }

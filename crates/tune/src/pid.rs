@@ -58,17 +58,17 @@ pub fn tune_pid(inputs: &Inputs, text: &str, degree: usize, progress: &Progress)
     let model = Model::new(&inputs.axis(), &inputs.design)?;
     let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
     let tuning = Tuning { inputs, pid: &pid, plant: &plant };
-    let what = "gains of the PID, frozen and then proved";
+    let what = "gains of the PID at frozen speeds, then proved";
     let (found, seconds) = progress.timed("tune", what, || tuning.run(degree));
     let (gains, found) = found?;
     let words = format!(
-        "gain {} at frozen speeds, {} for any trajectory of speed, {} s",
+        "gain {} at frozen speeds, {} for any trajectory of speed ({} s)",
         decimals(found.frozen_gain, 4),
         decimals(found.design.certified.gamma, 4),
         decimals(seconds, 0)
     );
     progress.done("tune", &words);
-    let what = "gains that meet [require], by verdicts at few speeds";
+    let what = "gains that meet [require], evaluated at a few speeds";
     let (met, more) =
         progress.timed("tune", what, || meeting(inputs, &text, &gains, &|with| tuning.bound(with), progress));
     let mut sets = met?;
@@ -77,7 +77,7 @@ pub fn tune_pid(inputs: &Inputs, text: &str, degree: usize, progress: &Progress)
         sets.push(gains);
     }
     let judge = || finalist(inputs, &text, sets);
-    let (text, gains, finished) = progress.timed("prove", "judging in full, and proving", judge).0?;
+    let (text, gains, finished) = progress.timed("prove", "evaluating in full, and proving", judge).0?;
     let least_gain = found.design.certified.gamma;
     let seconds = seconds + more;
     Ok(TunedPid { text, gains, frozen_gain: found.frozen_gain, least_gain, seconds, finished })
@@ -125,11 +125,11 @@ fn begin(inputs: &Inputs, text: &str) -> Result<(Pid, String), Error> {
     }
     let refused = |reason: String| Error::NoPid { file: inputs.design.file.clone(), reason };
     if inputs.design.has_depth() {
-        return Err(refused("a design that tracks depth needs a [controller.depth]".into()));
+        return Err(refused("a design that tracks depth requires [controller.depth]".into()));
     }
     let (pid, table) = first(inputs)?;
     let text = with_section(text, &table, inputs.design.axis);
-    text.map(|text| (pid, text)).ok_or_else(|| refused("it is not a list of tables".into()))
+    text.map(|text| (pid, text)).ok_or_else(|| refused("this is not a list of tables".into()))
 }
 
 /// Returns a first PID with gains of 1, and its table in a design file.

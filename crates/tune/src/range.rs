@@ -156,7 +156,7 @@ impl Authority {
     fn of(vehicle: &Vehicle, speed: f64) -> Result<Self, Reason> {
         let rule = Pitch::over(vehicle, DEPTH, &[speed], None);
         let trim = trim_with(vehicle, Speed::Path(speed), DEPTH, &rule)
-            .map_err(|e| format!("it does not trim: {e}"))?;
+            .map_err(|e| format!("there is no trim: {e}"))?;
         let l = linearise(vehicle, &trim).map_err(|e| e.to_string())?;
         check_level_flight(vehicle, &l)?;
         let remaining: Vec<f64> = vehicle
@@ -178,7 +178,7 @@ impl Authority {
         let lag = vehicle.actuators[main].lag;
         if growth * lag > MAX_GROWTH_TIMES_LAG {
             return Err(format!(
-                "it diverges as exp({growth:.2} t), too fast for {} with a lag of {lag} s",
+                "the unstable mode exp({growth:.2} t) is too fast for {} with a lag of {lag} s",
                 vehicle.actuators[main].name
             ));
         }
@@ -223,10 +223,10 @@ fn check_level_flight(vehicle: &Vehicle, l: &Linearisation) -> Result<(), Reason
     let (fraction, name) = uses.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
     let incidence = l.trim.incidence.to_degrees();
     if fraction > TRIM_FRACTION {
-        return Err(format!("level flight takes {:.0} % of {name}", 100.0 * fraction));
+        return Err(format!("level flight requires {:.0} % of {name}", 100.0 * fraction));
     }
     if incidence.abs() > MAX_INCIDENCE {
-        return Err(format!("level flight takes {incidence:.1} deg of incidence"));
+        return Err(format!("level flight requires {incidence:.1} deg of incidence"));
     }
     Ok(())
 }

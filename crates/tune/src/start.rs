@@ -139,8 +139,10 @@ fn text(vehicle: &Vehicle, range: &[Authority], order: usize) -> Result<String, 
     let growth = range.iter().map(|r| r.growth).fold(0.0, f64::max);
     if growth > UNSTABLE {
         text += &format!(
-            "\n# Without a controller the pitch departs as exp({growth:.2} t): more delay margin costs speed.\n\
-             [require]\ndelay_margin = {DELAY_MARGIN_IF_UNSTABLE}    # s\n"
+            "\n\
+             # Without a controller the pitch diverges as exp({growth:.2} t): a larger delay margin costs speed.\n\
+             [require]\n\
+             delay_margin = {DELAY_MARGIN_IF_UNSTABLE}    # s\n"
         );
     }
     Ok(text)

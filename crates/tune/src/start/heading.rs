@@ -112,7 +112,8 @@ pub fn start_heading(vehicle: &Vehicle, files: [&str; 2], beside: Option<Beside>
     let growth = slow.growth.max(fast.growth);
     if growth > UNSTABLE {
         text += &format!(
-            "\n# Without a controller the heading departs as exp({growth:.2} t): more delay margin costs speed.\n\
+            "\n\
+             # Without a controller the heading diverges as exp({growth:.2} t): a larger delay margin costs speed.\n\
              delay_margin = {DELAY_MARGIN_IF_UNSTABLE}    # s\n"
         );
     }
