@@ -57,30 +57,31 @@ pub enum ControllerError {
         reason: DesignError,
     },
     /// Two axes are incompatible.
-    #[error("resources/{file}: {what} is '{found}', and that of the axes before it is '{expected}'")]
+    #[error("resources/{file}: {what} is '{found}', but that of the other axes is '{expected}'")]
     OtherAxes { file: String, what: &'static str, found: String, expected: String },
     /// Two axes command the same actuator.
-    #[error("resources/{file}: the actuator '{name}' is commanded by an axis before it")]
+    #[error("resources/{file}: the actuator '{name}' is also commanded by another axis")]
     SharedActuator { file: String, name: String },
     /// A tick failed.
     #[error(transparent)]
     Tick(#[from] TickError),
     /// Derivatives were requested for a tick that uses applied commands.
     #[error(
-        "there are no derivatives while applied commands are used: set engaged to true and applied_given to false"
+        "derivatives are not available while applied commands are used; set engaged to true and applied_given to \
+            false"
     )]
     UsesApplied,
     /// Derivatives were requested for a tick during which the ranges of the commands widen.
     #[error(
-        "there are no derivatives in the second after the autopilot is engaged or believes a sensor again, while the \
-         range of each command opens"
+        "derivatives are not available in the first second after the autopilot is engaged or a sensor is trusted \
+         again, while the range of each command is opened"
     )]
     Opens,
     /// Derivatives were requested for a tick with a lost sensor.
-    #[error("there are no derivatives while a sensor is lost")]
+    #[error("derivatives are not available while a sensor is lost")]
     SensorLost,
     /// More than one tick is overdue, which only a manipulated saved state can cause.
-    #[error("the next tick belongs to {tick} s, and the flight has come to {time} s without it")]
+    #[error("the tick at {tick} s was missed: the time is already {time} s")]
     Behind { tick: f64, time: f64 },
 }
 
@@ -290,7 +291,7 @@ impl Axis {
         let along_path = self.autopilot.trim().speed(speed);
         let scheduling = &self.design.scheduling;
         log.warn(&format!(
-                "The forward speed {speed} m/s, in trim {along_path} m/s along the path, lies outside the scheduled \
+                "The forward speed {speed} m/s, in trim {along_path} m/s along the path, is outside the scheduled \
                  range of {} to {} m/s; the scheduling parameter is held at {rho} until it returns.",
                 scheduling.minimum, scheduling.maximum
             ),

@@ -65,7 +65,7 @@ impl Controller {
                     let found = unit.to_owned();
                     return Err(ControllerError::OtherAxes {
                         file,
-                        what: "unit of a shared input",
+                        what: "the unit of a shared input",
                         found,
                         expected,
                     });

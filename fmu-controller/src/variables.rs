@@ -53,7 +53,8 @@ impl Input {
             Self::Applied(index) => {
                 let actuator = &design.actuators[index];
                 let what = format!(
-                    "what {} was really commanded; used while the controller is not engaged, or with applied_given",
+                    "command actually applied to {}; used while the controller is not engaged, or if applied_given \
+                        is true",
                     actuator.name
                 );
                 of(&applied(actuator), &what).unit(actuator.input_unit()).nominal(size(actuator))
@@ -106,15 +107,14 @@ pub(crate) fn engagement() -> [Variable; 2] {
     [
         Variable::boolean(
             "engaged",
-            "the actuators get the commands of this controller; while false it follows what NAME_applied says they \
-             get",
+            "true if the actuators receive the commands of this controller; while false it follows NAME_applied",
             |m| m.applied.engaged,
             Role::input(|m, v| m.applied.engaged = v),
         ),
         Variable::boolean(
             "applied_given",
-            "NAME_applied says what the actuators get also while the controller is engaged; it begins with these \
-             commands, and its anti-windup knows of limits beyond its own",
+            "true if NAME_applied is valid also while the controller is engaged: it starts with these commands, and \
+             its anti-windup accounts for further limits",
             |m| m.applied.given,
             Role::input(|m, v| m.applied.given = v),
         ),
@@ -126,7 +126,7 @@ pub(crate) fn validity(input: Input, design: &ControllerDesign) -> Option<Variab
     let Input::Measured(index) = input else { return None };
     design.failsafe.as_ref()?;
     let set = Role::input(move |m: &mut Axis, v| m.valid[index] = v);
-    let what = format!("the measured value of {} is valid", design.signals[index].name);
+    let what = format!("true if the measured value of {} is valid", design.signals[index].name);
     Some(Variable::boolean(valid(&design.signals[index]), what, move |m| m.valid[index], set))
 }
 
@@ -137,8 +137,7 @@ fn valid(signal: &Port) -> String {
 
 /// Returns the parameter for the time after which a constant measurement is lost; it is shared by all axes.
 pub(crate) fn stale_after() -> Variable {
-    let what =
-        "a measurement that is the same for this long, and should have moved, is taken for lost; 0 for never";
+    let what = "time after which a constant measurement that should have changed counts as lost; 0 for never";
     Variable::real("stale_after", what, |m| m.stale_after, Role::tunable(|m, v| m.stale_after = v))
         .unit("s")
         .at_least(0.0)
@@ -148,13 +147,13 @@ pub(crate) fn stale_after() -> Variable {
 /// Returns the type of the output `status`.
 pub fn healths() -> Enumeration {
     let items = [
-        ("ok", "all sensors are believed, and nothing is limited"),
+        ("ok", "all sensors are trusted, and nothing is limited"),
         ("limited", "a command or a reference is limited"),
-        ("speed_lost", "the speed is taken to be its filtered reference: its loop is open"),
-        ("reckoned", "depth, pitch or heading is reckoned from the sensors that know its rate"),
-        ("failed", "a sensor that nothing replaces is lost: the commands go to the safe ones"),
+        ("speed_lost", "the filtered speed reference replaces the measured speed: the speed loop is open"),
+        ("reckoned", "depth, pitch or heading is estimated from measurements of its rate"),
+        ("failed", "a sensor without a substitute is lost: the commands ramp to the safe ones"),
     ];
-    Enumeration::new("Status", "which sensors are believed, and whether anything is limited", &items)
+    Enumeration::new("Status", "state of the sensors, and whether anything is limited", &items)
 }
 
 fn number_of(health: Health) -> i32 {
@@ -204,10 +203,10 @@ fn within_range(one: Variable, signal: &Port, design: &ControllerDesign, measure
 }
 
 fn command(index: usize, actuator: &Actuator, inputs: &[&str]) -> Variable {
-    let inverse = if actuator.curve.is_some() { ", by the inverse of its curve" } else { "" };
+    let inverse = if actuator.curve.is_some() { ", through the inverse of its curve" } else { "" };
     let sign = actuator.effect_of_sign().map_or(String::new(), |sign| format!("; {sign}"));
     let description =
-        format!("command to {}: trim feedforward and K(rho), limited{inverse}{sign}", actuator.name);
+        format!("command to {}: trim feedforward plus K(rho), limited{inverse}{sign}", actuator.name);
     let (least, most) = (actuator.input_for(actuator.minimum).0, actuator.input_for(actuator.maximum).0);
     Variable::real(&actuator.name, description, move |m| m.command(index), Role::output())
         .unit(actuator.input_unit())
@@ -246,7 +245,7 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         .initially_depends_on(&[measured]),
         Variable::boolean(
             format!("{prefix}speed_out_of_range"),
-            "the speed lies outside the scheduled range, and rho is held at its end",
+            "true if the speed is outside the scheduled range and rho is held at its end",
             |m| m.autopilot.outputs().out_of_range,
             Role::output(),
         )
@@ -254,8 +253,8 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         .initially_depends_on(&[measured]),
         Variable::boolean(
             format!("{prefix}reference_limited"),
-            "a reference is not used as it is asked: it is limited to the envelope, yields because an actuator stays \
-             at its limit, or returns after that or after the controller was engaged",
+            "true if a reference differs from its input: it is limited to the envelope, moves to the measured value \
+             because an actuator stays at its limit, or returns afterwards or after the controller was engaged",
             |m| m.autopilot.outputs().reference_limited,
             Role::output(),
         )
@@ -264,7 +263,7 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
     ];
     let status = Variable::enumeration(
         format!("{prefix}status"),
-        "which sensors are believed, and whether anything is limited",
+        "state of the sensors, and whether anything is limited",
         &healths(),
         |m| number_of(m.health()),
         Role::output(),
@@ -273,8 +272,8 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         Variable::boolean(
             format!("{}_saturated", actuator.name),
             format!(
-                "the command to {} is cut off at its limit, or at zero so that it does not push against the wanted \
-                 speed",
+                "true if the command to {} is clamped to its limit, or to zero so that it does not oppose the speed \
+                 reference",
                 actuator.name
             ),
             move |m| m.health() != Health::Failed && m.autopilot.saturation()[index].now,
@@ -289,7 +288,7 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
     let used = used.map(|(index, (signal, reference))| {
         let one = Variable::real(
             used_name(prefix, signal.level, &reference.name),
-            format!("{} as the controller uses it, within the envelope", reference.description),
+            format!("{} as used by the controller, within the envelope", reference.description),
             move |m| m.autopilot.references()[index],
             Role::output(),
         );
@@ -300,7 +299,7 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         let signal = &design.signals[signal];
         let one = Variable::real(
             format!("{prefix}trim_{}", signal.name),
-            format!("{} of level trim at the {which} speed", signal.measured),
+            format!("{} in level trim at the {which} speed", signal.measured),
             move |m| m.autopilot.outputs().trim[index],
             Role::output(),
         );
@@ -325,7 +324,7 @@ fn constants(prefix: &str) -> Vec<Variable> {
     vec![
         Variable::real(
             format!("{prefix}sample_time"),
-            "time between two ticks",
+            "time between ticks",
             |m| m.design.sample_time,
             Role::constant(),
         )
@@ -334,7 +333,7 @@ fn constants(prefix: &str) -> Vec<Variable> {
         .nominal(0.02),
         Variable::real(
             format!("{prefix}gamma"),
-            "bound of the closed loop's L2 gain",
+            "bound of the L2 gain of the closed loop",
             |m| m.design.gamma.bound,
             Role::constant(),
         )
@@ -343,7 +342,7 @@ fn constants(prefix: &str) -> Vec<Variable> {
         .nominal(1.0),
         Variable::boolean(
             format!("{prefix}gamma_certified"),
-            "the bound was proved in exact arithmetic",
+            "true if the bound was proved in exact arithmetic",
             |m| m.design.gamma.certified,
             Role::constant(),
         ),

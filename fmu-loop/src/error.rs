@@ -23,31 +23,31 @@ pub enum ClosedLoopError {
     #[error("resources/{MANOEUVRE_RESOURCE}: {0}")]
     ManoeuvreFile(#[source] ManoeuvreError),
     /// The parameters of the manoeuvre are invalid.
-    #[error("the manoeuvre cannot be flown: {0}")]
+    #[error("the manoeuvre cannot be simulated: {0}")]
     Manoeuvre(#[from] ManoeuvreError),
     /// A vehicle in six degrees of freedom has only the axis of level flight, or one in the vertical plane has more.
     #[error(
-        "a vehicle with coefficients of sway, roll and yaw needs a design of another axis in resources/{}, and one \
-         without has none",
+        "resources/{} must contain the design of another axis if the vehicle has coefficients of sway, roll and yaw, \
+         and be absent otherwise",
         of_axis(CONTROLLER_RESOURCE, 1)
     )]
     OtherAxes,
     /// The axes have different sample times.
-    #[error("the designs have sample times of {one} s and {other} s, and must have the same")]
+    #[error("the sample times of the designs are {one} s and {other} s; they must be equal")]
     OtherSampleTime { one: f64, other: f64 },
     /// The controller belongs to another vehicle.
-    #[error("resources/{file} is the design for '{found}', and the vehicle is '{expected}'")]
+    #[error("resources/{file} is a design for '{found}', but the vehicle is '{expected}'")]
     OtherVehicle { file: String, found: String, expected: String },
     /// The controller has other signals than the vehicle.
     #[error(
-        "resources/{file} has the signals {}, and those of the vehicle are {}",
+        "resources/{file} has the signals {}, but those of the vehicle are {}",
         found.join(", "),
         expected.join("; or ")
     )]
     OtherSignals { file: String, found: Vec<String>, expected: Vec<String> },
     /// The controller commands other actuators than those of the vehicle.
     #[error(
-        "the autopilot in resources commands {}, and the actuators of the vehicle are {}",
+        "the autopilot in resources commands {}, but the actuators of the vehicle are {}",
         found.join(", "),
         expected.join(", ")
     )]

@@ -28,15 +28,15 @@ impl Model for ClosedLoop {
         let (vehicle, design) = (self.plant.vehicle(), self.axes[0].design());
         let steered = design.steered_signal();
         let other = |axis: &Axis| {
-            format!(" and that of {} '{}'", axis.design().steered_signal(), axis.design().design)
+            format!(" and its {} controller '{}'", axis.design().steered_signal(), axis.design().design)
         };
         let turning: String = self.axes.iter().skip(1).map(other).collect();
         About {
             identifier: identifier(&vehicle.name),
             name: vehicle.name.clone(),
             description: format!(
-                "{} ({} coefficients) with its LPV {steered} controller '{}'{turning} in one loop, flying a {steered} \
-                 step on a ramp of speed",
+                "{} ({} coefficients) in closed loop with its LPV {steered} controller '{}'{turning}, performing a \
+                 {steered} step during a speed ramp",
                 vehicle.name,
                 vehicle.status.word(),
                 design.design

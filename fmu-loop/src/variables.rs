@@ -20,25 +20,15 @@ const SPEED_PROFILE: [&str; 4] = ["speed_from", "speed_to", "ramp_start", "ramp_
 
 /// Parameters of the steps: name of the signal, name of the parameter, description and nominal value.
 const STEPS: [(&str, &str, &str, f64); 4] = [
-    (
-        "pitch",
-        "pitch_step",
-        "height of the pitch step above the trim pitch; the limits themselves are excluded",
-        0.1,
-    ),
-    (
-        "depth",
-        "depth_step",
-        "height of the depth step, above zero downwards, from the depth of the start",
-        1.0,
-    ),
+    ("pitch", "pitch_step", "height of the pitch step above the trim pitch, strictly within the limits", 0.1),
+    ("depth", "depth_step", "height of the depth step from the initial depth, positive downwards", 1.0),
     (
         "heading",
         "heading_step",
-        "turn from the heading of the start, above zero to starboard; the limits themselves are excluded",
+        "turn from the initial heading, positive to starboard, strictly within the limits",
         0.1,
     ),
-    ("roll", "roll_step", "height of the roll step; the limits themselves are excluded", 0.1),
+    ("roll", "roll_step", "height of the roll step, strictly within the limits", 0.1),
 ];
 
 /// Returns the table of a loop.
@@ -72,12 +62,14 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
     let sign = if ahead { "above zero" } else { "negative astern" };
     let speed = |one: Variable| if ahead { one.at_least(0.0) } else { one };
     let from = format!(
-        "wanted speed along the path through the water before the ramp, {sign}; the flight starts in its trim"
+        "reference of the speed along the path through the water before the ramp, {sign}; the simulation starts in \
+            trim at this speed"
     );
-    let to = format!("wanted speed along the path through the water after the ramp, {sign}");
+    let to = format!("reference of the speed along the path through the water after the ramp, {sign}");
     let signals = model.followed().into_iter().filter(|index| *index != SPEED).filter_map(signal);
     let signals = signals.map(|signal| signal.name).collect::<Vec<_>>().join(" and ");
-    let (comes, ends) = if model.turns() { ("steps come", "steps end") } else { ("step comes", "step ends") };
+    let (comes, ends) =
+        if model.turns() { ("steps start", "steps end") } else { ("step starts", "step ends") };
     let steps = steps(model).map(|(signal, key, what, nominal)| {
         let Signal { name, unit, range, circular, .. } = *signal;
         let range = range.or(circular.then_some([-PI, PI]));
@@ -98,10 +90,8 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
         parameter!(step_end, "s", format!("time at which the {signals} {ends}")).nominal(10.0),
         speed(parameter!(speed_from, "m/s", from)).nominal(1.0),
         speed(parameter!(speed_to, "m/s", to)).nominal(1.0),
-        parameter!(ramp_start, "s", "time at which the ramp of speed begins").nominal(10.0),
-        parameter!(ramp_duration, "s", "duration of the ramp of speed, above zero")
-            .at_least(0.0)
-            .nominal(10.0),
+        parameter!(ramp_start, "s", "time at which the speed ramp starts").nominal(10.0),
+        parameter!(ramp_duration, "s", "duration of the speed ramp, above zero").at_least(0.0).nominal(10.0),
     ];
     steps.chain(others).collect()
 }
@@ -141,7 +131,7 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let names: Vec<&str> = followed(model).map(|(_, _, reference)| reference.name).collect();
     let manual = Variable::boolean(
         "manual",
-        format!("follow the inputs {} instead of the manoeuvre", names.join(" and ")),
+        format!("true to follow the inputs {} instead of the manoeuvre", names.join(" and ")),
         |m| m.outside.manual,
         Role::input(|m, v| m.outside.manual = v),
     );
@@ -149,7 +139,7 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
         let one = Variable::real(
             reference.name,
             format!(
-                "{}, while manual is true; until it is set, that of the default start",
+                "{}, used while manual is true; initially that of the default start",
                 reference.description
             ),
             move |m| m.outside.references[index],
@@ -299,7 +289,7 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     };
     let error = Variable::real(
         "tracking_error",
-        format!("{name}_reference_used less {name}"),
+        format!("{name}_reference_used minus {name}"),
         move |m| m.axes[0].autopilot().references()[tracked] - measured(m, tracked),
         Role::output(),
     )
@@ -312,7 +302,7 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
         Variable::real(
             format!("{}_used", reference.name),
             format!(
-                "{}, at the last tick, of the manoeuvre or the input, within the envelope",
+                "{} at the last tick, from the manoeuvre or the input, within the envelope",
                 reference.description
             ),
             move |m: &ClosedLoop| m.reference_used(index),

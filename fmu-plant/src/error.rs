@@ -20,7 +20,7 @@ pub enum PlantError {
     #[error("{}", in_file(.0))]
     Lpv(#[from] LpvModelError),
     /// The LPV model belongs to another vehicle.
-    #[error("resources/{LPV_RESOURCE} is the LPV model of '{found}', and the vehicle is '{expected}'")]
+    #[error("resources/{LPV_RESOURCE} is the LPV model of '{found}', but the vehicle is '{expected}'")]
     OtherVehicle { found: String, expected: String },
     /// A coefficient is out of range.
     #[error("the vehicle cannot start: {0}")]
@@ -30,25 +30,26 @@ pub enum PlantError {
     Ballast(#[source] CoefficientError),
     /// A coefficient was changed in flight with the LPV model, which cannot follow it.
     #[error(
-        "weight, buoyancy, x_G and z_G can be changed in flight only where fidelity is nonlinear, because the LPV \
-         model was made with the coefficients of the vehicle file; external_force_z acts in both"
+        "weight, buoyancy, x_G and z_G can be changed during the simulation only if fidelity is nonlinear, because \
+         the LPV model contains the coefficients of the vehicle file; external_force_z acts in both"
     )]
     BallastOfLpv,
     /// The initial depth is above the surface.
-    #[error("the vehicle cannot start: initial_depth is {depth} m, and must be zero (the surface) or more")]
+    #[error("the vehicle cannot start: initial_depth is {depth} m; it must be at least zero (the surface)")]
     AboveSurface { depth: f64 },
     /// A wave parameter is out of range.
     #[error("the vehicle cannot start in these waves (the parameters wave_...): {0}")]
     Waves(#[from] SeaError),
     /// The hull breaks the surface of the waves at the start.
     #[error(
-        "the vehicle cannot start: at an initial_depth of {depth} m its hull is {out:.2} m out of the waves; linear \
-         theory ends at the surface"
+        "the vehicle cannot start: at an initial_depth of {depth} m the hull is {out:.2} m above the wave surface, \
+         where linear wave theory does not hold"
     )]
     BreaksSurface { depth: f64, out: f64 },
     /// The initial speed is not above zero, as all trims of the vehicle are.
     #[error(
-        "the vehicle cannot start: initial_speed is {speed} m/s, and must be above zero, as the speeds of its trims"
+        "the vehicle cannot start: initial_speed is {speed} m/s; it must be above zero, because the trims are for \
+            forward speeds"
     )]
     NotAhead { speed: f64 },
     /// There is no level trim to start from.
@@ -58,7 +59,7 @@ pub enum PlantError {
     #[error(transparent)]
     Simulation(#[from] SimulationError),
     /// The plant's time differs from that of the simulation, which only a manipulated saved state can cause.
-    #[error("the plant's clock shows {clock} s, and the flight has come to {time} s")]
+    #[error("the plant is at {clock} s, but the time is {time} s")]
     OtherTime { clock: f64, time: f64 },
 }
 

@@ -50,8 +50,9 @@ impl Model for PlantModel {
         self.start(start)?;
         if self.settings.fidelity == Fidelity::Lpv && self.settings.coefficients != self.vehicle.coefficients
         {
-            log.warn("The LPV model was made with the coefficients of the vehicle file; the changed ones act on the \
-                 trim at the start only.",
+            log.warn(
+                "The LPV model contains the coefficients of the vehicle file; the changed ones affect the \
+                 initial trim only.",
             );
         }
         Ok(())
@@ -180,8 +181,8 @@ impl PlantModel {
         if out && !self.out_of_range {
             let held = centre + half * self.lpv.rho(speed);
             log.warn(&format!(
-                    "The operating speed {speed} m/s lies outside the {} to {} m/s of the LPV model, which stands at \
-                     {held} m/s until it returns.",
+                    "The operating speed {speed} m/s is outside the range of the LPV model, {} to {} m/s; the model \
+                     is held at {held} m/s until it returns.",
                     centre - half,
                     centre + half
                 ),
@@ -202,15 +203,16 @@ impl PlantModel {
         let above = clearance < 0.0;
         if above && !self.above_surface && self.surroundings.is_some() {
             log.warn(&format!(
-                "At {:.2} s the hull is {:.2} m out of the waves, at a depth of {depth:.4} m. Their linear theory \
-                    ends at the surface: above it they grow without bound, and what follows is not to be trusted.",
+                "At {:.2} s the hull is {:.2} m above the wave surface, at a depth of {depth:.4} m. Linear wave \
+                    theory does not hold there: the computed loads grow without bound, and the following results are \
+                    invalid.",
                 self.time(),
                 -clearance
             ));
         } else if above && !self.above_surface {
             log.warn(&format!(
-                "At {:.2} s the vehicle is above the surface, with {:.2} m/s and a depth of {depth:.4} m. The \
-                    equations are those of deep water, and fly on as if there were no surface.",
+                "At {:.2} s the vehicle is above the surface, at {:.2} m/s and a depth of {depth:.4} m. The \
+                    equations hold in deep water and do not model the surface.",
                 self.time(),
                 motion.u
             ));

@@ -56,7 +56,7 @@ impl PlantModel {
     fn restore(&mut self, snapshot: &Snapshot, in_waves: bool) -> Result<(), StateError> {
         let Launch { weight, buoyancy } = self.launch;
         if !(weight.is_finite() && weight > 0.0) {
-            return Err(StateError::inconsistent(format_args!("a weight of {weight} N at the start")));
+            return Err(StateError::inconsistent(format_args!("an initial weight of {weight} N")));
         }
         let vehicle = self.with(&Coefficients { buoyancy, ..snapshot.coefficients.clone() });
         self.surroundings = if in_waves {

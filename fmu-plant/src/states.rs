@@ -16,8 +16,8 @@ pub fn states(model: &PlantModel) -> Vec<Variable> {
     let knowns = [&knowns_of_trim(model)[..], heading, of_current(model), waves].concat();
     let directions = [
         (index::SURGE, "along the body axis, forward"),
-        (index::SWAY, "across the body axis, to starboard"),
-        (index::HEAVE, "across the body axis, down"),
+        (index::SWAY, "along the body y axis, to starboard"),
+        (index::HEAVE, "along the body z axis, downwards"),
     ];
     let over_ground = directions.into_iter().filter(|(state_index, _)| model.indices().contains(state_index));
     let over_ground = over_ground.map(|(state_index, direction)| {

@@ -24,10 +24,7 @@ impl PlantModel {
 fn fidelities() -> Enumeration {
     let items = [
         ("nonlinear", "the nonlinear equations of motion"),
-        (
-            "lpv",
-            "the LPV model about the trim at operating_speed, made with the coefficients of the vehicle file",
-        ),
+        ("lpv", "the LPV model about the trim at operating_speed, with the coefficients of the vehicle file"),
     ];
     Enumeration::new("Fidelity", "which equations of motion are integrated", &items)
 }
@@ -64,8 +61,8 @@ macro_rules! parameter {
 /// Returns the inputs: commands, current, operating speed of the LPV model, prescribed speed and external load.
 pub fn inputs(model: &PlantModel) -> Vec<Variable> {
     let commands = model.vehicle().actuators.iter().enumerate().map(|(i, actuator)| command(i, actuator));
-    let operating_speed = "speed along the path through the water, V, about whose trim the LPV model stands; \
-                           fidelity nonlinear does not use it";
+    let operating_speed = "speed along the path through the water, V, at whose trim the LPV model is evaluated; not \
+                           used if fidelity is nonlinear";
     let operating_speed = (!model.turns()).then(|| {
         ahead(model, input!("operating_speed", operating_speed, Quantity::OperatingSpeed, operating_speed))
     });
@@ -87,10 +84,10 @@ pub fn of_current(model: &PlantModel) -> &'static [&'static str] {
 }
 
 fn current(model: &PlantModel) -> Vec<Variable> {
-    let down = "vertical velocity of the current, positive down";
+    let down = "vertical velocity of the current, positive downwards";
     let down = input!("current_vertical", down, Quantity::Current(2), current.vertical);
     if !model.turns() {
-        let horizontal = "horizontal velocity of the current, positive the way of distance";
+        let horizontal = "horizontal velocity of the current, positive in the direction of distance";
         return vec![
             input!("current_horizontal", horizontal, Quantity::Current(0), current.horizontal),
             down,
@@ -109,12 +106,12 @@ type External = (usize, &'static str, &'static str, &'static str);
 
 /// Returns the external loads that act; with a prescribed speed a force along the hull does not.
 pub(crate) fn external(model: &PlantModel) -> impl Iterator<Item = External> {
-    let ahead = "force from outside at the origin of the body, along the body axis, positive forward";
-    let down = "force from outside at the origin of the body, across the body axis, positive down";
-    let bow_up = "pitch moment from outside about the origin of the body, positive bow up";
-    let aside = "force from outside at the origin of the body, across the body axis, positive to starboard";
-    let rolling = "roll moment from outside about the origin of the body, positive starboard down";
-    let yawing = "yaw moment from outside about the origin of the body, positive bow to starboard";
+    let ahead = "external force at the origin of the body, along the body axis, positive forward";
+    let down = "external force at the origin of the body, along the body z axis, positive downwards";
+    let bow_up = "external pitch moment about the origin of the body, positive bow up";
+    let aside = "external force at the origin of the body, along the body y axis, positive to starboard";
+    let rolling = "external roll moment about the origin of the body, positive starboard down";
+    let yawing = "external yaw moment about the origin of the body, positive bow to starboard";
     let all = if model.turns() {
         vec![
             (0, "external_force_x", "N", ahead),
@@ -155,7 +152,7 @@ fn ahead(model: &PlantModel, speed: Variable) -> Variable {
 fn given_speed(model: &PlantModel) -> Option<Variable> {
     let Surge::Given { lag } = model.vehicle().coefficients.surge else { return None };
     let description =
-        format!("forward speed through the water that is given; speed follows it with a lag of {lag} s");
+        format!("imposed forward speed through the water; speed follows it with a lag of {lag} s");
     Some(input!(GIVEN_SPEED, description, Quantity::GivenSpeed, given_speed))
 }
 
@@ -163,10 +160,9 @@ fn given_speed(model: &PlantModel) -> Option<Variable> {
 pub const GIVEN_SPEED: &str = "given_speed";
 
 fn command(index: usize, actuator: &Actuator) -> Variable {
-    let through = if actuator.curve.is_some() { ", which its curve turns into a thrust" } else { "" };
+    let through = if actuator.curve.is_some() { ", which its curve converts to a thrust" } else { "" };
     let sign = actuator.effect_of_sign().map_or(String::new(), |sign| format!("; {sign}"));
-    let description =
-        format!("command to {}{through}; beyond its limits it goes to the limit{sign}", actuator.name);
+    let description = format!("command to {}{through}; clamped to its limits{sign}", actuator.name);
     let (least, most) = (actuator.input_for(actuator.min).0, actuator.input_for(actuator.max).0);
     let get = move |m: &PlantModel| m.inputs.commands[index];
     let set = move |m: &mut PlantModel, v| m.inputs.commands[index] = v;
@@ -240,11 +236,11 @@ fn motion(model: &PlantModel) -> Vec<Variable> {
     };
     let path_speed = output("path_speed", path, "m/s", |m| m.path_speed());
     let pitch_rate = if model.turns() {
-        output("pitch_rate", "rate of pitch, theta'", "rad/s", |m| m.state().motion.turning()[1])
+        output("pitch_rate", "pitch rate, theta'", "rad/s", |m| m.state().motion.turning()[1])
             .depends_on(&["roll", "angular_velocity_y", "angular_velocity_z"])
             .quantity(Quantity::PitchRate.number())
     } else {
-        state("pitch_rate", "rate of pitch (q)", "rad/s", index::Q, |m| m.state().motion.q)
+        state("pitch_rate", "pitch rate (q)", "rad/s", index::Q, |m| m.state().motion.q)
     };
     let of_path: &[&str] = if model.turns() {
         &["surge_over_ground", "sway_over_ground", "heave_over_ground"]
@@ -269,10 +265,10 @@ fn out_of_plane(model: &PlantModel) -> Vec<Variable> {
         m.state().motion.v
     });
     let heading_rate =
-        output("heading_rate", "rate of heading, psi'", "rad/s", |m| m.state().motion.turning()[2])
+        output("heading_rate", "heading rate, psi'", "rad/s", |m| m.state().motion.turning()[2])
             .depends_on(&["roll", "pitch", "angular_velocity_y", "angular_velocity_z"])
             .quantity(Quantity::HeadingRate.number());
-    let roll_rate = output("roll_rate", "rate of roll, phi'", "rad/s", |m| m.state().motion.turning()[0])
+    let roll_rate = output("roll_rate", "roll rate, phi'", "rad/s", |m| m.state().motion.turning()[0])
         .depends_on(&["roll", "pitch", "angular_velocity_x", "angular_velocity_y", "angular_velocity_z"])
         .quantity(Quantity::RollRate.number());
     let sway = through_water(model, sway.nominal(0.1), Quantity::Sway, &["sway_over_ground"]);
@@ -331,10 +327,12 @@ fn position(model: &PlantModel) -> Vec<Variable> {
         altitude.depends_on(over).initially_depends_on(knowns).quantity(Quantity::Altitude.number());
     let mut table = vec![depth, altitude];
     if model.turns() {
-        table.push(made("north", "way made north over ground", index::NORTH, |m| m.state().x));
-        table.push(made("east", "way made east over ground", index::EAST, |m| m.state().east));
+        table.push(made("north", "distance travelled north over ground", index::NORTH, |m| m.state().x));
+        table.push(made("east", "distance travelled east over ground", index::EAST, |m| m.state().east));
     } else {
-        table.push(made("distance", "horizontal way made over ground", index::NORTH, |m| m.state().x));
+        table.push(made("distance", "horizontal distance travelled over ground", index::NORTH, |m| {
+            m.state().x
+        }));
     }
     table.into_iter().map(|one| one.nominal(10.0)).collect()
 }
@@ -343,7 +341,7 @@ fn actuator_output(model: &PlantModel, index: usize, actuator: &Actuator) -> Var
     let Actuator { name, min, max, lag, rate, .. } = actuator;
     let own = format!("{name}_output");
     let unit = actuator.unit();
-    let no_faster = rate.map_or(String::new(), |rate| format!(", and no faster than {rate} {unit}/s"));
+    let no_faster = rate.map_or(String::new(), |rate| format!(", rate limited to {rate} {unit}/s"));
     let description = format!("output of {name}, after limits and lag{no_faster}");
     let one = output(&own, &description, unit, move |m| m.actuator_outputs()[index])
         .range(*min, *max)
@@ -381,13 +379,13 @@ const TUNABLE: [&str; 4] = ["weight", "buoyancy", "x_G", "z_G"];
 /// Returns the parameters: initial conditions, fidelity, seabed, waves, and every coefficient that acts on the vehicle.
 pub fn parameters(model: &PlantModel) -> Vec<Variable> {
     let sign = if model.only_ahead() { "above zero" } else { "negative astern" };
-    let speed = format!("speed along the path through the water at the start, in level trim, {sign}");
+    let speed = format!("initial speed along the path through the water, in level trim, {sign}");
     let mut table = vec![
         ahead(model, parameter!("initial_speed", "m/s", speed, initial_speed)).nominal(1.0),
-        parameter!("initial_depth", "m", "depth at the start", initial_depth).at_least(0.0).nominal(10.0),
+        parameter!("initial_depth", "m", "initial depth", initial_depth).at_least(0.0).nominal(10.0),
     ];
     if model.turns() {
-        let heading = "heading at the start, clockwise from north";
+        let heading = "initial heading, clockwise from north";
         table.push(parameter!("initial_heading", "rad", heading, initial_heading).nominal(1.0));
     } else {
         table.push(Variable::enumeration(
@@ -409,14 +407,14 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
 /// Returns the parameters of the seabed.
 fn bottom(model: &PlantModel) -> Vec<Variable> {
     let ahead = if model.turns() { "to the north" } else { "ahead" };
-    let north = format!("how much deeper the bottom is for each metre {ahead}");
+    let north = format!("increase of bottom depth per metre {ahead}");
     let mut table = vec![
-        parameter!("bottom_depth", "m", "depth of the bottom where the flight starts", bottom.depth)
+        parameter!("bottom_depth", "m", "depth of the bottom at the initial position", bottom.depth)
             .nominal(100.0),
         parameter!("bottom_slope_north", "1", north, bottom.north).nominal(0.1),
     ];
     if model.turns() {
-        let east = "how much deeper the bottom is for each metre to the east";
+        let east = "increase of bottom depth per metre to the east";
         table.push(parameter!("bottom_slope_east", "1", east, bottom.east).nominal(0.1));
     }
     table
@@ -428,16 +426,16 @@ fn waves(model: &PlantModel) -> Vec<Variable> {
         return vec![];
     }
     let [height, period, gamma, heading, seed] = WAVES;
-    let of_height = "significant height of the waves, a long-crested sea of the JONSWAP spectrum; 0 for none; at most \
-                     what the longest peak period bears";
+    let of_height = "significant height of the waves, a long-crested sea with JONSWAP spectrum; 0 for none; limited \
+                     by breaking at the longest peak period";
     let of_period =
         "peak period of the waves, 0.5 to 30 s, and long enough for the height: steeper waves break";
     let of_gamma = "peak enhancement of the spectrum: 1 for a fully developed sea (Pierson and Moskowitz), 3.3 on \
                     average";
     let of_heading = if model.turns() {
-        "where the waves go, clockwise from north"
+        "propagation direction of the waves, clockwise from north"
     } else {
-        "where the waves go, from the way the vehicle faces: pi for a head sea, 0 for a following one"
+        "propagation direction of the waves relative to the heading: pi for a head sea, 0 for a following sea"
     };
     vec![
         parameter!(height, "m", of_height, waves.height).range(0.0, Spectrum::highest()).nominal(1.0),
@@ -446,7 +444,7 @@ fn waves(model: &PlantModel) -> Vec<Variable> {
         parameter!(heading, "rad", of_heading, waves.heading).nominal(1.0),
         Variable::integer(
             seed,
-            "seed of the frequencies and phases of the waves, 0 or more: the same seed, the same waves",
+            "seed of the frequencies and phases of the waves, at least 0",
             |m| m.settings.waves.seed,
             Role::parameter(|m, v| m.settings.waves.seed = v),
         )
@@ -467,11 +465,11 @@ fn fidelity_of(number: i32) -> Fidelity {
 }
 
 fn coefficient(spec: &'static CoefficientSpec, model: &PlantModel) -> Variable {
-    let source = model.vehicle().sources.get(spec.key).map_or("the default", String::as_str);
+    let source = model.vehicle().sources.get(spec.key).map_or("default value", String::as_str);
     let above_zero = if spec.allowed == Allowed::Positive { ", above zero" } else { "" };
     let in_flight = match spec.key {
-        "weight" => ", which can be changed in flight, and the mass with it",
-        key if TUNABLE.contains(&key) => ", which can be changed in flight",
+        "weight" => ", tunable; the mass changes with it",
+        key if TUNABLE.contains(&key) => ", tunable",
         _ => "",
     };
     let description = format!("{}{above_zero}{in_flight}; source: {source}", spec.meaning);

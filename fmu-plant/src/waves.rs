@@ -43,7 +43,7 @@ impl WaveParameters {
     pub(crate) fn about(&self, vehicle: &Vehicle) -> Result<Option<Arc<Surroundings>>, PlantError> {
         let Some(geometry) = vehicle.geometry.filter(|_| self.height != 0.0) else { return Ok(None) };
         let of_seed = |_| {
-            let (found, allowed) = (f64::from(self.seed), "0 or more");
+            let (found, allowed) = (f64::from(self.seed), "at least 0");
             SeaError::NotAllowed { key: "seed", found, allowed }
         };
         let seed = u64::try_from(self.seed).map_err(of_seed)?;

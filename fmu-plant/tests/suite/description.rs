@@ -19,7 +19,7 @@ fn description_follows_from_the_files() {
         r#"<Item name="nonlinear" value="1""#,
         r#"<Item name="lpv" value="2""#,
         r#"<Enumeration declaredType="Fidelity" start="1"/>"#,
-        "Heave force per |u| w: lift of hull and fixed fins; source: derived from geometry",
+        "heave force per |u| w: lift of hull and fixed fins; source: derived from geometry",
         &described.guid,
     ] {
         assert!(described.xml.contains(part), "{part} is not in\n{}", described.xml);
