@@ -25,22 +25,20 @@ const QUARTER_TURN: f64 = std::f64::consts::FRAC_PI_2;
 #[rustfmt::skip]
 const TYPES: [RealType; 22] = [
     real("SI.Angle",               "Angle",               "angle",                                     "rad"),
-    real("SI.Inclination",         "Angle",               "angle to the horizontal, within a quarter \
-        turn", "rad").within(-QUARTER_TURN, QUARTER_TURN),
-    real("SI.AngularVelocity",     "AngularVelocity",     "rate of an angle",                          "rad/s"),
-    real("SI.AngularAcceleration", "AngularAcceleration", "rate of an angular velocity",               "rad/s2"),
+    real("SI.Inclination",         "Angle",               "angle to the horizontal, from -90 to 90 deg", "rad").within(-QUARTER_TURN, QUARTER_TURN),
+    real("SI.AngularVelocity",     "AngularVelocity",     "angular rate",                          "rad/s"),
+    real("SI.AngularAcceleration", "AngularAcceleration", "angular acceleration",               "rad/s2"),
     real("SI.Time",                "Time",                "time, or duration",                         "s"),
     real("SI.Duration",            "Time",                "duration",                                  "s").positive(),
     real("SI.Length",              "Length",              "position along an axis",                    "m"),
     real("SI.Distance",            "Length",              "length, or depth below the surface",        "m").positive(),
     real("SI.Area",                "Area",                "area",                                      "m2").positive(),
     real("SI.Velocity",            "Velocity",            "velocity along an axis",                    "m/s"),
-    real("SI.Speed",               "Velocity",            "speed, whatever its \
-        direction",             "m/s").positive(),
+    real("SI.Speed",               "Velocity",            "magnitude of a velocity",             "m/s").positive(),
     real("SI.Acceleration",        "Acceleration",        "acceleration along an axis",                "m/s2"),
     real("SI.Force",               "Force",               "force along an axis",                       "N"),
     real("SI.RateOfForce",         "RateOfForce",         "rate of a force",                           "N/s"),
-    real("SI.ForceGradient",       "ForceGradient",       "change of a force per length",              "N/m"),
+    real("SI.ForceGradient",       "ForceGradient",       "change of force per length",              "N/m"),
     real("SI.Mass",                "Mass",                "mass",                                      "kg").positive(),
     real("SI.AddedMass",           "Mass",                "added mass as a derivative of force, after SNAME \
         (1950)", "kg").negative(),
@@ -49,7 +47,7 @@ const TYPES: [RealType; 22] = [
     real("SI.Density",             "Density",             "density",                                "kg/m3").positive(),
     real("SI.KinematicViscosity",  "KinematicViscosity",  "kinematic \
         viscosity",                       "m2/s").positive(),
-    real("SI.Number",              "Dimensionless",       "number without a unit",                     "1"),
+    real("SI.Number",              "Dimensionless",       "dimensionless number",                     "1"),
     real("SI.Ratio",               "Dimensionless",       "ratio of two quantities",                   "1").positive(),
 ];
 

@@ -14,7 +14,7 @@ use crate::{
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum WriteError {
     /// Description that violates the standard.
-    #[error("the model description breaks the standard: {}", joined(problems))]
+    #[error("the model description violates the FMI standard: {}", joined(problems))]
     Problems { problems: Vec<Problem> },
     /// Failure of the XML writer.
     #[error("the model description could not be written: {0}")]
