@@ -36,17 +36,17 @@ pub struct Cli {
 }
 
 /// End of `--help`, with one example per line.
-const FIRST_RUN: &str = "\
-A first run:
+const FIRST_RUN: &str = "A first run:
   squid show vehicles/squid --speed 1
   squid design vehicles/squid
-  squid simulate vehicles/squid
+  squid \
+simulate vehicles/squid
   squid package vehicles/squid
   squid export vehicles/squid
 
-Exit codes: 0 for success, 1 when a file is wrong, a stage fails or nothing is proved, 5 when a requirement is \
-missed and `squid design --strict`, `squid prove --strict` or `squid tune` asks for it, 64 when the command line is \
-wrong; `squid lpv synth` has more.";
+Exit codes: 0, success; 1, an \
+error in a file or a stage, or a failed proof; 5, a requirement is missed (with `squid design --strict`, `squid \
+prove --strict` and `squid tune`); 64, an error on the command line. `squid lpv synth` has further codes.";
 
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Subcommand)]
@@ -439,7 +439,11 @@ fn rate(text: &str) -> Result<f64, String> {
 fn flight_range(text: &str) -> Result<RangeInclusive<u64>, String> {
     let ends = text.split_once('-').and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
     let flights = ends.filter(|(first, last): &(u64, u64)| first <= last && *last < MOST_FLIGHTS);
-    flights.map(|(first, last)| first..=last).ok_or_else(|| "two numbers of flights, as in 64-127".into())
+    flights.map(|(first, last)| first..=last).ok_or_else(|| {
+        "the numbers of the first and the last flight, as in \
+        64-127"
+            .into()
+    })
 }
 
 /// Largest number of flights; the numbers have at most eight digits.
@@ -542,12 +546,12 @@ pub struct Which {
 fn pair(text: &str) -> Result<[f64; 2], String> {
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
     let both = text.split_once(',').and_then(|(one, other)| Some([number(one)?, number(other)?]));
-    both.ok_or_else(|| "it must be two numbers with a comma between, such as 0.4,-0.1".to_owned())
+    both.ok_or_else(|| "it must be two comma-separated numbers, such as 0.4,-0.1".to_owned())
 }
 
 /// Checks the name of a design, which is that of a file NAME.toml in the vehicle's directory.
 fn design_name(text: &str) -> Result<String, String> {
-    let allowed = "it must be the name of a file beside vehicle.toml, without '.toml'";
+    let allowed = "it must be the name of a file next to vehicle.toml, without '.toml'";
     match text {
         "vehicle" => Err(format!("vehicle.toml is the vehicle itself; {allowed}")),
         "" | "." | ".." => Err(allowed.to_owned()),

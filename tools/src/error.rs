@@ -36,7 +36,7 @@ pub enum Error {
     #[error("{path}: {reason}")]
     Record { path: String, reason: String },
     /// A directory exists already.
-    #[error("{path} exists already; name a new directory: nothing is overwritten")]
+    #[error("{path} already exists and is not overwritten; give a new directory")]
     Exists { path: String },
     /// Programs are missing without which no FMU can be made.
     #[error("missing: {programs}")]
@@ -47,15 +47,14 @@ pub enum Error {
     Problem(#[from] ProblemError),
     /// The bound of a finished design is not proved.
     #[error(
-        "NOT PROVED: {reason}\nThe design is in {directory}, for inspection; it proves nothing, and `squid \
-            package` refuses it"
+        "NOT PROVED: {reason}\nThe design was written to {directory} for inspection only; `squid package` rejects it"
     )]
     NotProved { directory: String, reason: String },
     /// The bound of a given controller is not proved.
     #[error("NOT PROVED: {reason}")]
     Unproved { reason: String },
     /// An internal error of the program.
-    #[error("this is a defect of squid, and not of your files: {message}")]
+    #[error("internal error in squid, not in your files: {message}")]
     Defect { message: String },
     /// A requirement is missed.
     #[error("{}", .missed.join("\n"))]

@@ -65,7 +65,7 @@ struct About {
 fn check_starts(starts: &Starts, inputs: &Inputs) -> Result<(), Error> {
     let design = &inputs.design;
     if design.view().is_level_held && !starts.in_trim() {
-        let allowed = "left out: flights of a design of heading begin straight".to_owned();
+        let allowed = "omitted, because flights of a heading design start straight".to_owned();
         return Err(Error::Argument { name: "--starts", found: starts.to_string(), allowed });
     }
     let range = design.speed_max - design.speed_min;
@@ -247,14 +247,14 @@ fn trajectory(plan: &Plan<'_>, to: &Path, flight: u64) -> Result<(), Error> {
 /// Returns the statistics as tables.
 fn statistics(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) -> String {
     let what = match plan.identity.points {
-        Points::Uniform => "all over the declared uncertainty",
-        Points::Sobol => "on a Sobol sequence all over the declared uncertainty",
+        Points::Uniform => "from the whole declared uncertainty",
+        Points::Sobol => "from a Sobol sequence over the declared uncertainty",
         Points::Corners => "at corners of the declared uncertainty",
     };
     let at_sea = if plan.sea.is_some() { ", at sea" } else { "" };
     let flown = if plan.axes.len() > 1 { ", in six degrees of freedom" } else { "" };
     let mut out = format!(
-        "{flights} flights of vehicles {what}{at_sea}{flown}{}: {} uncertain numbers\n\n\
+        "{flights} flights of vehicles {what}{at_sea}{flown}{}; uncertain numbers: {}\n\n\
          outcome      flights     share   95 % interval\n",
         plan.identity.starts.words(),
         plan.uncertain.len()
@@ -316,10 +316,11 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
         written = vec![to("csv"), to("svg")];
     }
     let compared = match (fmus, diff == 0.0) {
-        (false, true) => "figures the same to the bit".to_owned(),
-        (false, false) => "figures NOT the same to the bit".to_owned(),
+        (false, true) => "figures identical to the bit".to_owned(),
+        (false, false) => "figures NOT identical to the bit".to_owned(),
         (true, _) => format!(
-            "FMUs flew it; without them the figures differ by {diff:.1e} at most, in parts of 1 or of what is larger"
+            "simulated by the FMUs; without FMUs the figures differ by at most {diff:.1e}, relative to the larger of \
+                1 and the figure"
         ),
     };
     say(&format!("flight {flight}: {outcome}; {compared}"));

@@ -60,7 +60,7 @@ pub fn run(which: &Which, options: &Design) -> Result<(), Error> {
         say("\nAll axes");
         // The design is valid even if all axes cannot be simulated together, as with a coefficient that is uncertain in
         // the vertical plane only; the reason is printed.
-        let whole = fly_all_axes(&stored).map_err(|reason| say(&format!("not flown: {reason}"))).ok();
+        let whole = fly_all_axes(&stored).map_err(|reason| say(&format!("not simulated: {reason}"))).ok();
         missed.extend(whole.iter().filter_map(SixDofFlights::missed));
         answer(&json!({ "directory": directory, "axes": figures, "whole": whole }))?;
     }
@@ -96,7 +96,10 @@ impl SixDofFlights {
     fn missed(&self) -> Option<String> {
         let lost = self.flights - self.flown;
         (lost > 0).then(|| {
-            format!("MISSED: {lost} of {} flights of all axes do not end at their references", self.flights)
+            format!(
+                "MISSED: {lost} of {} simulations of all axes do not end at their references",
+                self.flights
+            )
         })
     }
 }
@@ -110,7 +113,7 @@ fn fly_all_axes(stored: &[(&Inputs, Stored)]) -> Result<SixDofFlights, Error> {
     let designs: Vec<(&Inputs, &Stored)> = stored.iter().map(|(inputs, stored)| (*inputs, stored)).collect();
     let plan = Plan::of_axes(&designs, None, 1, Points::Corners)?;
     let fly = || (0..CORNERS).into_par_iter().map(|flight| plan.row(flight)).collect::<Result<Vec<_>, _>>();
-    let rows = progress.timed("whole", "flying all axes in six degrees of freedom", fly).0?;
+    let rows = progress.timed("whole", "simulating all axes in six degrees of freedom", fly).0?;
     let figures = plan.figures();
     let largest = |name: &str| {
         let index = figures.iter().position(|(figure, _)| *figure == format!("{name}_overshoot"))?;
@@ -127,8 +130,8 @@ fn fly_all_axes(stored: &[(&Inputs, Stored)]) -> Result<SixDofFlights, Error> {
         format!("{} of {name}", overshoot.map_or_else(|| "unknown".to_owned(), |part| percent(part, 2)))
     };
     let summary = format!(
-        "{} of {} flights end at their references: steps of {} in six degrees of freedom,\nat corners of all that is \
-         uncertain; overshoot at most {}",
+        "{} of {} simulations end at their references: steps of {} in six degrees of freedom,\nat corners of the \
+         declared uncertainty; overshoot at most {}",
         found.flown,
         found.flights,
         names.join(" and "),
@@ -162,11 +165,12 @@ fn report_axis(
         let found = constant(inputs, &finished.model, k, gamma, rate, &progress)?;
         found.save(directory)?;
         say(&format!(
-            "\nThe gain of the uncertain model is below {} for every constant combination of the declared coefficients \
+            "\n\
+             The gain of the uncertain model is below {} for all constant values of the declared coefficients \
              within\n\
              {:.1} % of their declared ranges, for any trajectory of speed{},\n\
-             and for every error of the model within balls around it. PROVED in exact arithmetic: {}\n\
-             That the balls contain the vehicle is a computation at points of the declared ranges, and not proved.",
+             and for every model error within balls around it. PROVED in exact arithmetic: {}\n\
+             Not proved: that the balls contain the vehicle (computed at points of the declared ranges).",
             above(found.gamma),
             100.0 * found.share,
             no_faster(rate),
@@ -204,7 +208,7 @@ fn figures(directory: &Path) -> Result<Value, Error> {
 
 /// Returns a missed requirement as text.
 pub(crate) fn missed(row: &Row) -> String {
-    format!("MISSED: {} is {}; 'require.{}' asks for {}", row.what, row.found(), row.key, row.required())
+    format!("MISSED: {} is {}; 'require.{}' is {}", row.what, row.found(), row.key, row.required())
 }
 
 /// Designs a controller and writes it; if it misses a requirement, searches for the key to change.
@@ -222,10 +226,10 @@ fn design_axis(
     store::save(directory, inputs, &finished)?;
     progress.done("freeze", &format!("{}", directory.display()));
     for path in outdated {
-        progress.done("removed", &format!("{}: it was of an earlier design", path.display()));
+        progress.done("removed", &format!("{}, which belonged to an earlier design", path.display()));
     }
     if is_outdated {
-        let summary = format!("{} is of an earlier design; `squid export` writes it again", source.display());
+        let summary = format!("{} belongs to an earlier design; run `squid export` again", source.display());
         progress.done("outdated", &summary);
     }
     // Weights do not affect a given controller.
@@ -261,8 +265,7 @@ fn load_or_design_one(inputs: &Inputs, directory: &Path, progress: &Progress<'_>
     match store::load(directory, inputs) {
         Err(DesignError::Store(StoreError::NotDesigned { .. })) => {}
         Err(DesignError::Store(StoreError::Stale { what, .. })) if !has_more(directory) => {
-            progress
-                .done("again", &format!("{}: {what} changed since this was designed", directory.display()));
+            progress.done("again", &format!("{}: {what} changed after this design", directory.display()));
         }
         other => return Ok(other?),
     }

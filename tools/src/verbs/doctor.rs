@@ -33,14 +33,18 @@ impl Tool {
 }
 
 const TOOLS: [Tool; 8] = [
-    Tool::required(&["cargo"], "building everything", "install Rust from https://rustup.rs"),
+    Tool::required(&["cargo"], "building squid", "install Rust from https://rustup.rs"),
     Tool::required(&["cc", "gcc", "clang"], "linking", "apt install gcc libc6-dev"),
     Tool::required(&["python3"], "run.py; 3.10 or later, 3.11 for the tests", "apt install python3"),
     Tool {
         version: &["-c", "import venv, ensurepip, sys; print('venv of', sys.version.split()[0])"],
-        ..Tool::optional(&["python3"], "flights by FMPy, tests; pip does as well", "apt install python3-venv")
+        ..Tool::optional(
+            &["python3"],
+            "simulations by FMPy, tests; pip also works",
+            "apt install python3-venv",
+        )
     },
-    Tool::optional(&["valgrind"], "tests of the FMUs' memory", "apt install valgrind libc6-dbg"),
+    Tool::optional(&["valgrind"], "memory tests of the FMUs", "apt install valgrind libc6-dbg"),
     Tool::optional(
         &["wine64", "/usr/lib/wine/wine64"],
         "tests of the FMUs for Windows",
@@ -53,7 +57,7 @@ const TOOLS: [Tool; 8] = [
     ),
     Tool::optional(
         &["chromium", "chromium-browser", "google-chrome"],
-        "tests of the report's pages",
+        "tests of the report pages",
         "apt install chromium",
     ),
 ];

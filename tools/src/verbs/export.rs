@@ -34,7 +34,7 @@ pub fn run(which: &Which, options: Export) -> Result<(), Error> {
         };
         check_directory(&to)?;
         let prove = || require_proof(inputs, &mut stored, directory, allow_uncertified);
-        let what = "proving again, and computing the plant of the proof again";
+        let what = "proving again, and recomputing the plant of the proof";
         let proof = Progress::new(&show).timed("certify", what, prove).0?;
         let (standing, claims) = (standing(&proof), lines(&proof, &stored));
         claims.iter().for_each(|line| say(&prefixed(axes.len(), inputs.design.steered_signal(), line)));

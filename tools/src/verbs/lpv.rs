@@ -23,16 +23,15 @@ pub enum LpvVerb {
     ///
     /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without parameters
     /// {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt, |theta_i| <= 1.
-    /// Weights are part of the plant and must be proper: E is refused unless it is the identity. D22 may be omitted if
-    /// it is
-    /// 0. "rate" next to "blocks" bounds |theta'| of a plant with one parameter: the controller is then designed with
-    /// Lyapunov matrices that depend on theta, and its gain is proved both for that rate and (a larger bound) for any
-    /// rate. "dt", the sample time in s, makes the plant, the controller and the proof discrete-time.
+    /// Weights are part of the plant and must be proper: E is rejected unless it is the identity. D22 may be omitted if
+    /// zero. "rate" next to "blocks" bounds |theta'| of a plant with one parameter: the controller is then designed
+    /// with Lyapunov matrices that depend on theta, and its gain is proved both for that rate and (a larger bound) for
+    /// any rate. "dt", the sample time in s, makes the plant, the controller and the proof discrete-time.
     ///
     /// With --json, `gamma` is the lowest gamma found; `least` is true if it is shown, in floating point, to be the
     /// least within 0.1 %: without parameters, of all controllers, by Riccati equations with 32 digits; with
-    /// parameters, of the synthesis inequalities. Otherwise a better controller may exist: the larger a plant is, the
-    /// less often the search is repeated in other coordinates, which depends on its size alone. `gamma_lower`, without
+    /// parameters, of the synthesis inequalities. Otherwise a better controller may exist: for larger plants the search
+    /// is repeated less often in other coordinates. `gamma_lower`, without
     /// parameters and "dt", is a lower bound of the gain of every controller, proved in exact arithmetic; null if none
     /// is proved.
     ///

@@ -72,9 +72,8 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     }
     let Template { vehicle, design, others, name: theirs } = like.template();
     let whose = theirs.trim_start_matches("name = ").trim_matches('"');
-    let head = format!(
-        "# Made by `squid new` from {whose}: every number is that of {whose} until you replace it.\n#\n"
-    );
+    let head =
+        format!("# Created by `squid new` from {whose}: replace every number by that of your vehicle.\n#\n");
     // Commands in comments must name the new directory.
     let shown = quoted(&directory.display().to_string());
     let here = |text: &str| text.replace(&format!("vehicles/{whose}"), &shown);
@@ -98,18 +97,18 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     }
     files.save(directory)?;
     let more = |(file, what, _): &(&str, &str, &str)| {
-        format!("{shown}/{file}: the same of a controller of {what}\n")
+        format!("{shown}/{file}: a design with a controller of {what}\n")
     };
     let more: String = others.iter().map(more).collect();
     let speed = squid_auv::number(0.5 * (speed_min + speed_max));
     say(&format!(
-        "{shown}/vehicle.toml: the coefficients, each with its unit and source. Its status is \"surrogate\" until they \
-         are yours.\n\
-         {shown}/design.toml: what the controller must do\n\
+        "{shown}/vehicle.toml: the coefficients, each with its unit and source; set the status from \"surrogate\" to \
+         yours when they are those of your vehicle\n\
+         {shown}/design.toml: the requirements on the controller\n\
          {more}Next: squid show {shown} --speed {speed}; squid design {shown}\n\
-         With your own numbers in vehicle.toml: squid tune {shown} --design own, which begins own.toml from them, with \
-         a range of speed, steps and weights that suit the vehicle; then squid design {shown} --design own. \
-         design.toml is still that of {whose}: remove it then."
+         Once vehicle.toml has your own numbers: squid tune {shown} --design own creates own.toml with a speed \
+         range, steps and weights that suit the vehicle; then squid design {shown} --design own. Remove design.toml, \
+         which is still that of {whose}."
     ));
     let names = ["vehicle.toml", "design.toml"].into_iter().chain(others.iter().map(|(file, ..)| *file));
     let files: Vec<_> = names.map(|name| directory.join(name)).collect();

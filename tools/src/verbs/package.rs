@@ -35,7 +35,8 @@ pub fn run(which: &Which, options: Packing) -> Result<(), Error> {
     let mut kinds = Kind::with(interfaces);
     kinds.retain(|kind| !alone || *kind == Kind::Controller);
     if kinds.is_empty() {
-        let allowed = "cs or both where a controller is packed alone, which has no continuous states".into();
+        let allowed =
+            "cs or both if a controller is packed alone, because it has no continuous states".into();
         return Err(Error::Argument { name: "--kind", found: "me".into(), allowed });
     }
     let load = |(inputs, directory): (Inputs, PathBuf)| {
@@ -52,12 +53,12 @@ pub fn run(which: &Which, options: Packing) -> Result<(), Error> {
         let proof = require_proof(&inputs, &mut stored, &directory, allow_uncertified);
         proof.map(|proof| (inputs, stored, proof))
     };
-    let what = "proving again, and computing the plant of the proof again";
+    let what = "proving again, and recomputing the plant of the proof";
     let proving = || loaded.into_iter().map(prove).collect::<Result<Vec<_>, _>>();
     let mut proved = progress.timed("certify", what, proving).0?;
     let coupling = if proved.len() > 1 {
         let designs: Vec<_> = proved.iter().map(|(inputs, stored, _)| (inputs, stored)).collect();
-        progress.timed("couple", "bounding what turns couple", || coupled(&designs)).0?
+        progress.timed("couple", "bounding the coupling in turns", || coupled(&designs)).0?
     } else {
         None
     };
@@ -127,7 +128,7 @@ pub fn run(which: &Which, options: Packing) -> Result<(), Error> {
     let names: Vec<String> = files.iter().map(|(path, _)| path.display().to_string()).collect();
     let mut set = Files::default();
     if descriptions.is_none() && interfaces == Interfaces::ModelExchange {
-        say("no controller and no SSP: they are for co-simulation");
+        say("no controller and no SSP, because they require co-simulation");
         let [_, controller, closed_loop] = Kind::ALL.map(|kind| prepare(kind, designs, Interfaces::All));
         set.remove(directory.join(format!("{}.fmu", controller?.identifier)));
         set.remove(directory.join(format!("{}.ssp", closed_loop?.identifier)));
@@ -136,7 +137,7 @@ pub fn run(which: &Which, options: Packing) -> Result<(), Error> {
     set.save(folder)?;
     written.iter().for_each(|line| say(line));
     let report = which.report();
-    say(&format!("the whole report: {report}"));
+    say(&format!("full report: {report}"));
     Ok(answer(
         &json!({ "proof": standing, "claims": claims, "coupling": coupled, "files": names, "report": report }),
     )?)

@@ -42,7 +42,9 @@ pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<
     };
     match record.get("time") {
         Some([]) => return Err(record_error(path, "it has no rows")),
-        Some([first, .., last]) if first == last => return Err(record_error(path, "its time stands still")),
+        Some([first, .., last]) if first == last => {
+            return Err(record_error(path, "its time does not advance"));
+        }
         _ => {}
     }
     let surfacing = end_at_surface(&mut record);
@@ -69,7 +71,7 @@ pub(super) fn record_error(path: &Path, reason: impl Into<String>) -> Error {
 /// Refuses to overwrite files other than plots, such as the record itself or a vehicle file.
 fn check_plot(to: &Path) -> Result<(), Error> {
     if to.is_file() && !std::fs::read(to).is_ok_and(|found| found.is_empty() || found.starts_with(b"<svg")) {
-        let allowed = "a file that is not there yet, or an SVG: nothing else is overwritten".to_owned();
+        let allowed = "a new file or an SVG, because other files are not overwritten".to_owned();
         return Err(Error::Argument { name: "--out", found: to.display().to_string(), allowed });
     }
     Ok(())
@@ -181,10 +183,7 @@ fn plot(path: &Path, record: &Record, to: &Path, actuators: &[Actuator]) -> Resu
     record.get("time").ok_or_else(|| record_error(path, "there is no column 'time'"))?;
     let panels = panels(record, actuators);
     if panels.is_empty() {
-        return Err(record_error(
-            path,
-            "it contains none of the outputs of a flight (pitch, speed, depth ...)",
-        ));
+        return Err(record_error(path, "it contains no output of a simulation (pitch, speed, depth ...)"));
     }
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     Ok(write(to, draw(to, &format!("Flight: {name}"), &panels)?.as_bytes())?)
@@ -238,7 +237,7 @@ pub(super) fn read_record(path: &Path) -> Result<Record, Error> {
             let value = value.map_err(|_| at("a number"))?;
             let is_time = bare(name) == "time";
             if value.is_nan() || (is_time && column.last().is_some_and(|before| value < *before)) {
-                return Err(at(if is_time { "no less than before" } else { "a number" }));
+                return Err(at(if is_time { "at least the previous one" } else { "a number" }));
             }
             column.push(value);
         }

@@ -40,12 +40,13 @@ pub fn run(options: &Prove) -> Result<(), Error> {
     let progress = Progress::new(&show);
     let finished = run_stages(&inputs, &progress)?;
     let (growth, at) = given::growth(&inputs.axis(), &inputs.design, &finished.design.controller)?;
-    let survival = progress
-        .timed("box", "flights of vehicles of the declared uncertainty", || survivals(&inputs, &finished));
+    let survival = progress.timed("box", "simulations of vehicles of the declared uncertainty", || {
+        survivals(&inputs, &finished)
+    });
     let survival = survival.0?;
     let own = DesignFile { controller: None, ..inputs.design.clone() };
     let quiet = Progress::default();
-    let full_order = progress.timed("full order", "what the weights allow", || {
+    let full_order = progress.timed("full order", "controller of full order on the same weights", || {
         synthesise(&inputs.vehicle.actuators, &own, &finished.plant, &quiet)
     });
     let full_order = full_order.0.map(|full_order| full_order.certified.gamma);
@@ -103,8 +104,8 @@ fn report(
     let summary = match (full_order, &finished.proof) {
         (Ok(full_order), Ok(_)) if finished.design.certified.gamma > LARGE * full_order => format!(
             "gain below {} on the same weights, by the controller of `squid design`\n\
-             a gain far above that is no danger in itself: slow errors count more than a hundred times\n\
-             (margins, mu and the box say more; docs/pid.md)",
+             a much larger gain of the PID is not critical in itself, because slow errors have a weight above 100\n\
+             (margins, mu and the simulations are more informative; see docs/pid.md)",
             above(*full_order)
         ),
         (Ok(full_order), _) => {
@@ -118,7 +119,7 @@ fn report(
     progress.done("full order", &summary);
     let line = |(speed, vehicles, Survival { share, overshoot }): &(f64, usize, Survival)| {
         format!(
-            "{} m/s: {} % of {vehicles} vehicles of [uncertainty] fly the step, overshoot at most {} %",
+            "{} m/s: {} % of {vehicles} vehicles of [uncertainty] complete the step, overshoot at most {} %",
             decimals(*speed, 2),
             decimals((100.0 * share).floor(), 0),
             decimals(100.0 * overshoot, 1)
@@ -136,7 +137,7 @@ fn delay_hint(inputs: &Inputs, finished: &Finished) -> String {
     let (delay, tick) = (finished.verdict.found.frozen.iter().map(AtSpeed::delay), inputs.design.sample_time);
     match delay.reduce(f64::min) {
         Some(delay) if delay < 2.0 * tick => {
-            format!("\nthe delay margin, {} s, is below two sample times of {tick} s", decimals(delay, 3))
+            format!("\nthe delay margin of {} s is below two sample times of {tick} s", decimals(delay, 3))
         }
         _ => String::new(),
     }

@@ -31,11 +31,11 @@ pub fn run(which: &Which, paper: bool, sea: Option<&Path>, beside: &[String]) ->
     let first = &axes[0].0;
     if paper && axes.iter().any(|(inputs, _)| inputs.design.view().is_level_held) {
         let found = first.design.file.clone();
-        let allowed = "given with a design of pitch alone, or one by --axis: the paper has no heading".into();
+        let allowed = "used with a pitch design, or with --axis, because the paper has no heading".into();
         return Err(Error::Argument { name: "--paper", found, allowed });
     }
     if axes.len() > 1 && !beside.is_empty() {
-        let (found, allowed) = ("given".into(), "given with one axis: name it with --axis".into());
+        let (found, allowed) = ("given".into(), "used with one axis; select it with --axis".into());
         return Err(Error::Argument { name: "--beside", found, allowed });
     }
     let others = others(which, first, &directory, beside)?;
@@ -60,7 +60,7 @@ pub fn run(which: &Which, paper: bool, sea: Option<&Path>, beside: &[String]) ->
         let turned = Axes::of(&designs).map(|turning| {
             let around = (Current::default(), sea.as_ref().map(|(sea, _)| sea));
             let found =
-                progress.timed("turns", "flying turns", || turns(turning, TURN.to_radians(), around)).0?;
+                progress.timed("turns", "simulating turns", || turns(turning, TURN.to_radians(), around)).0?;
             Ok::<_, ReportError>(found.section(turning))
         });
         let sections = turned.transpose()?.into_iter().collect();
@@ -90,7 +90,7 @@ fn others(
     let mut found = vec![];
     for name in beside {
         if names.contains(name) {
-            let allowed = "the name of another design of the vehicle, each named once".into();
+            let allowed = "the name of another design of the vehicle, without repetition".into();
             return Err(Error::Argument { name: "--beside", found: format!("'{name}'"), allowed });
         }
         names.push(name.clone());

@@ -114,7 +114,7 @@ fn vehicle_alone(which: &Which) -> Result<Option<Vehicle>, Error> {
     let vehicle = read_vehicle(&file)?;
     let design = which.vehicle.join(format!("{DEFAULT_DESIGN}.toml"));
     if design.exists() {
-        say(&format!("{} is not used, since it does not fit the vehicle:\n{reason}", design.display()));
+        say(&format!("{} is not used, because it does not fit the vehicle:\n{reason}", design.display()));
     }
     Ok(Some(vehicle))
 }
@@ -155,14 +155,14 @@ fn shown_controller(
     let directory = directory.display();
     let finished;
     let (source, k, gamma) = if let Some(stored) = stored {
-        let robust = if stored.robust.is_some() { ", made with --robust" } else { "" };
-        let source = format!("The design in {directory}{robust}");
+        let robust = if stored.robust.is_some() { ", created with --robust" } else { "" };
+        let source = format!("Design in {directory}{robust}");
         (source, &controller_of(&stored.controller.lft)?, &stored.controller.gamma)
     } else {
         let design = || squid_design::run::run(inputs, &Progress::default());
         finished = Progress::new(&show).timed("design", "solving the matrix inequalities", design).0?;
         let source = format!(
-            "No design of these files is in {directory}; this one was computed now, and is not stored"
+            "{directory} contains no design of these files; this one was computed for this output and is not stored"
         );
         (source, &finished.design.controller, &finished.frozen.controller.gamma)
     };

@@ -29,7 +29,7 @@ pub fn run(
     (current, sea): (Option<[f64; 2]>, Option<&Path>),
 ) -> Result<(), Error> {
     if let Some(found) = turn.filter(|turn| !turn.is_finite() || *turn == 0.0 || turn.abs() >= HALF_A_TURN) {
-        let allowed = "other than 0 and below 180 deg in size".into();
+        let allowed = "other than 0 and of a magnitude below 180 deg".into();
         return Err(Error::Argument { name: "--turn", found: found.to_string(), allowed });
     }
     let Selected { axes, directory } = which.read_to_write()?;
@@ -37,7 +37,7 @@ pub fn run(
     let given = [("--turn", turn.is_some()), ("--current", current.is_some())];
     if let Some((name, _)) = given.into_iter().find(|(_, given)| *given && both.is_none()) {
         let (found, allowed) =
-            ("given".to_owned(), "left out of a design that has no axis of heading beside another");
+            ("given".to_owned(), "omitted for a design without a heading axis in addition to another axis");
         return Err(Error::Argument { name, found, allowed: allowed.into() });
     }
     let sea = sea.map(|path| read_sea(path, &axes[0].0)).transpose()?;

@@ -40,7 +40,7 @@ pub fn run(
     }
     let (axes, text, created) = read(vehicle, (design, axis), created_for)?;
     if let Some(given) = axes.iter().find(|inputs| inputs.design.controller.is_some()) {
-        let (file, what) = (given.design.file.clone(), "there are no weights to search");
+        let (file, what) = (given.design.file.clone(), "no weights to search");
         return Err(InputError::GivenController { file, what }.into());
     }
     let name = output_name(to, design, created);
@@ -79,7 +79,7 @@ fn report_axis(
     };
     let best = if tuned.finished.verdict.missed().next().is_none() {
         format!(
-            "the best of {} designs that meets all requirements when judged in full and proved",
+            "the best of {} designs that meets all requirements in the full evaluation and is proved",
             tuned.tried
         )
     } else {
@@ -197,7 +197,7 @@ fn comparison(
     let inputs = inputs.redesigned(design)?;
     let (stored, quiet) = (Stored::of(&finished.frozen, &inputs), Progress::default());
     let subject = Subject::new(&inputs, &stored, &quiet)?;
-    let what = "the flights of the report, against a PID that is tuned in flight";
+    let what = "the simulations of the report, compared with a PID tuned in simulation";
     Ok(progress.timed("compare", what, || against_pid(&subject)).0?)
 }
 
@@ -210,8 +210,8 @@ fn missed(finished: &Finished) -> Result<(), Error> {
 /// Returns a text that no design meets all requirements, with the known reasons.
 fn no_design_found(tuned: &Tuned) -> String {
     let mut text = format!(
-        "none of {} designs meets all requirements, and the one that misses least is written; that is no proof that \
-         there is none: ask for less in [require]",
+        "none of {} designs meets all requirements; the one that misses least is written (this does not prove that \
+         none exists); relax [require]",
         tuned.tried
     );
     for limit in &tuned.limits {
@@ -236,8 +236,12 @@ fn read(
             None => Inputs::read_axes(directory, design)?,
         };
         if track == Some(Track::Heading) && !axes.iter().any(|inputs| inputs.design.view().is_level_held) {
-            let found = format!("heading, and {} tracks something else", path.display());
-            return Err(Error::Argument { name: "--track", found, allowed: "what the file tracks".into() });
+            let found = format!("heading, but {} tracks another quantity", path.display());
+            return Err(Error::Argument {
+                name: "--track",
+                found,
+                allowed: "the quantity that the file tracks".into(),
+            });
         }
         return Ok((axes, files::read(&path)?, false));
     }
@@ -252,7 +256,7 @@ fn read(
         None => {
             let (text, left_out) = start_whole(&vehicle, named)?;
             if let Some(reason) = left_out {
-                progress.done("start", &format!("without an axis of heading: {reason}"));
+                progress.done("start", &format!("no heading axis: {reason}"));
             }
             text
         }
@@ -261,7 +265,7 @@ fn read(
     for Inputs { design, .. } in &axes {
         let step = design.manoeuvre.step(design.steered_signal()).to_degrees();
         let text = format!(
-            "begun from the vehicle: {}, {} to {} m/s, steps of {step:.1} deg",
+            "created from the vehicle: {}, {} to {} m/s, steps of {step:.1} deg",
             design.steered_signal(),
             squid_auv::number(design.speed_min),
             squid_auv::number(design.speed_max),
@@ -288,12 +292,12 @@ fn level_settings(directory: &Path) -> Result<Option<Beside>, Error> {
 fn front(tuned: &Tuned) -> String {
     let stride = tuned.front.len().div_ceil(SHOWN).max(1);
     let of = if tuned.front.iter().any(|(tried, _)| tried.meets_all()) {
-        "the designs tried that meet all requirements"
+        "all evaluated designs that meet the requirements"
     } else {
-        "all designs tried, none of which meets all requirements"
+        "all evaluated designs, none of which meets the requirements"
     };
     let mut lines = vec![
-        format!("the Pareto front of rise time and disk margin: {of}, evaluated at a few speeds"),
+        format!("Pareto front of rise time and disk margin: {of}, at a few speeds"),
         "rise s   disk margin deg".to_owned(),
     ];
     // The written design, and the faster ones, are always shown.
@@ -312,7 +316,7 @@ fn remark(status: &CandidateStatus) -> String {
         CandidateStatus::Written => "written".into(),
         CandidateStatus::Rejected(why) => why.clone(),
         CandidateStatus::InsufficientMargin(key, room) => {
-            format!("not judged in full: {room} % of room in {key}, too little for more speeds")
+            format!("not evaluated in full: {key} has a margin of {room} %, too small for further speeds")
         }
         CandidateStatus::NotEvaluated => String::new(),
     }
@@ -323,14 +327,13 @@ fn search_end(tuned: &Tuned, vehicle: &Path, name: &str) -> String {
     let on = format!("squid tune {} --design {name} --to {name}", vehicle.display());
     if tuned.ended {
         format!(
-            "the search ended by itself after {} designs: the last round about the best gained less than 1 %; from \
-             what is written: {on}",
+            "the search converged after {} designs: the last round improved the best by less than 1 %; to continue \
+             from the written design: {on}",
             tuned.tried
         )
     } else {
         format!(
-            "the search would go on: it used all {} designs that --designs allows; go on from what is written \
-             with {on}",
+            "the search stopped at the limit of --designs, {} designs; to continue from the written design: {on}",
             tuned.tried
         )
     }

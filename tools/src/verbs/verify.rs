@@ -47,8 +47,8 @@ pub fn run(options: &Verify) -> Result<(), Error> {
         let share = inputs.map(|inputs| check_inputs(&certificate, inputs)).transpose()?;
         if let (Some(inputs), Some(share)) = (inputs, share) {
             say(&format!(
-                "{}: its plant and its balls are those of {}, for {:.1} % of the declared uncertainty and any \
-                 trajectory of speed{}",
+                "{}: its plant and its balls of models are those of {}, for {:.1} % of the declared uncertainty and \
+                 any trajectory of speed{}",
                 file.display(),
                 named(inputs),
                 100.0 * share,
@@ -78,7 +78,7 @@ pub fn run(options: &Verify) -> Result<(), Error> {
         if options.verbose {
             axis.theorem.sentences().iter().for_each(|sentence| say(sentence));
             if let Some(ClaimedStep { output, size, unit, .. }) = &axis.step {
-                say(&format!("That step is one of the {output} reference, of up to {size} {unit}."));
+                say(&format!("This step is a step of the {output} reference of up to {size} {unit}."));
             }
         }
     }
@@ -126,7 +126,7 @@ fn constant_claim(theorem: &ConstantTheorem) -> String {
     };
     let fast = (theorem.varying > 0).then(|| format!("every trajectory of {}", of(theorem.varying)));
     let slow = theorem.rates.iter().map(|rate| {
-        format!("every trajectory of 1 parameter that changes by at most {rate} in a unit of time")
+        format!("every trajectory of 1 parameter that changes by at most {rate} per unit of time")
     });
     let still = (theorem.constant > 0).then(|| format!("every constant value of {}", of(theorem.constant)));
     let ranges: Vec<String> = fast.into_iter().chain(slow).chain(still).collect();

@@ -124,7 +124,7 @@ impl How {
             ("--mode", mode.is_some(), Format::Mvp),
         ];
         if let Some((name, ..)) = options.iter().find(|(_, given, of)| *given && of != format) {
-            let allowed = "left out: the files of this format say it themselves".into();
+            let allowed = "omitted, because the files of this format contain it".into();
             return Err(Error::Argument { name, found: "given".into(), allowed });
         }
         if let Some(moment) = full_output.filter(|moment| !(*moment > 0.0 && moment.is_finite())) {
@@ -159,7 +159,7 @@ pub fn run(verb: &GainsVerb) -> Result<(), Error> {
             if let Some(out) = out.as_ref().filter(|out| out.canonicalize().ok() == file.canonicalize().ok())
             {
                 let (found, allowed) =
-                    (out.display().to_string(), "another file than the one that is read".into());
+                    (out.display().to_string(), "a file other than the one that is read".into());
                 return Err(Error::Argument { name: "--out", found, allowed });
             }
             let found = import(autopilot, angle, &text, &name, &missing)?;
@@ -225,7 +225,7 @@ fn write_into(
         say(&format!("{name}:{}: {}: {} -> {}", change.line, change.key, change.from, change.to));
     }
     if found.changes.is_empty() {
-        say(&format!("{name}: it has these gains already; nothing is changed"));
+        say(&format!("{name}: unchanged, because it already has these gains"));
     }
     found.notes.iter().for_each(|text| note(text));
     let changes = found.changes.iter().map(
@@ -242,7 +242,10 @@ fn hint(vehicle: &Path, angle: Angle) -> Result<Option<String>, Error> {
     let moment = |actuator: &Actuator| (angle.moment(actuator, 0.0) * actuator.reach()).abs();
     let thrusters = vehicle.actuators.iter().filter(|actuator| actuator.unit() == "N");
     let all: f64 = thrusters.map(moment).sum();
-    let text =
-        format!("all thrusters of {} at their limits give {} N.m", vehicle.name, squid_auv::rounded(all));
+    let text = format!(
+        "with all thrusters at their limits it is {1} N.m for {0}",
+        vehicle.name,
+        squid_auv::rounded(all)
+    );
     Ok((all > 0.0).then_some(text))
 }

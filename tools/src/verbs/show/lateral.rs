@@ -17,7 +17,7 @@ pub fn text(vehicle: &Vehicle, found: &Lateral) -> String {
     if !vehicle.supposed().is_empty() {
         let keys: Vec<&str> = vehicle.supposed().into_iter().map(|(key, _)| key).collect();
         out += &format!(
-            "  not said by the vehicle file, as of an axisymmetric hull or 0: {}\n",
+            "  not in the vehicle file (taken from symmetry of the hull, or 0): {}\n",
             keys.join(", ")
         );
     }
@@ -27,22 +27,23 @@ pub fn text(vehicle: &Vehicle, found: &Lateral) -> String {
     out += &format!("\nA, x = [{}] in m/s, rad/s, rad/s, rad\n", Lateral::STATES.join(" "));
     out += &table(&found.a, &Lateral::STATES, &Lateral::STATES);
     if names.is_empty() {
-        return out + "\nNo actuator sways, rolls or yaws the vehicle: it has no heading to control.\n";
+        return out + "\nNo actuator acts on sway, roll or yaw: the heading cannot be controlled.\n";
     }
     let indices: Vec<usize> = steering.iter().map(|(index, _)| *index).collect();
     out += "\nB, in x' per N or rad\n";
     out += &table(&found.b.select_columns(&indices), &Lateral::STATES, &names);
     out += &format!("\nEigenvalues of A (1/s)\n{}", modes(&found.eigenvalues()));
     if !found.is_stable() {
-        out += "  Straight flight is unstable: a steady turn may need the output that turns the other way at first.\n";
+        out += "  Straight flight is unstable: a steady turn may require an output whose initial effect is \
+            opposite.\n";
     }
-    out += "\nRate of yaw r in a slow steady turn by one actuator alone\n";
+    out += "\nYaw rate r in a slow steady turn by a single actuator\n";
     for (index, one) in &steering {
         let (factor, unit) = readable(one.unit());
         let gain = found.gain(*index).map(|gain| gain.to_degrees() / factor);
         let words = gain.map_or("none".to_owned(), |gain| format!("{} deg/s per {unit}", decimals(gain, 4)));
         let first = if found.b[(2, *index)] < 0.0 { "port" } else { "starboard" };
-        out += &format!("  {:<18} {words}; a positive output turns to {first} at first\n", one.name);
+        out += &format!("  {:<18} {words}; a positive output initially turns to {first}\n", one.name);
     }
     out += "\nSteady turns to starboard at constant depth\n";
     let mut row = |name: &str, of: &dyn Fn(&Turn) -> String| {

@@ -65,8 +65,8 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
         );
     }
     out += &format!(
-        "  (the frequency response, largest relative error over speeds and 0.01..10 rad/s: from all\n  actuators to \
-         the tracked outputs in the scales of the design, and from {} to {})\n",
+        "  (frequency response: largest relative error over speeds and 0.01..10 rad/s, from all\n  actuators to the \
+         tracked outputs in the scales of the design, and from {} to {})\n",
         inputs.vehicle.actuators[most].name,
         squid_design::fit::frequency::angle(inputs.design.states).name
     );
@@ -78,7 +78,7 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
         out += &table(&r.ab.largest, &states, &names);
     }
     out += &format!(
-        "\nLFT: {} channels of rho, {:.1e} from the polynomial of order {} at most (largest singular value)\n",
+        "\nLFT: {} channels of rho, within {:.1e} of the polynomial of order {} (largest singular value)\n",
         model.lft.size(),
         model.lft_error,
         inputs.design.order
@@ -119,7 +119,7 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Stri
         out += &format!("\nPoles of the controller at {v:.2} m/s (rho = {rho:+.0}), 1/s\n");
         out += &modes(&k.frozen(&[rho])?.poles());
         out += &format!(
-            "Poles of the closed loop there, 1/s\n{}",
+            "Poles of the closed loop at this speed, 1/s\n{}",
             modes(&plant.close(k).frozen(&[rho])?.poles())
         );
     }

@@ -28,7 +28,7 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
     let model = Model::new(&inputs.axis(), &inputs.design)?;
     let joint = over_range(inputs, &model, Fidelity::COARSE)?;
     let mut out = blocks_table(&joint, &frozen.iter().map(|f| &f.model).collect::<Vec<_>>());
-    out += "\nThe trim over the corners of the box of coefficients\n       V    moves by at most\n";
+    out += "\nTrim at the corners of the box of coefficients\n       V    changes by at most\n";
     for f in &frozen {
         out += &format!("  {:>6.2}", f.speed);
         for (parameter, deviation) in &f.trim_range.deviations {
@@ -36,12 +36,13 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
             out += &format!("   {} {:.3} {unit}", parameter.name(&inputs.vehicle), factor * deviation);
         }
         out += &format!(
-            "   (beyond the actuators' limits at {} of {} corners)\n",
+            "   (beyond the limits of the actuators at {} of {} corners)\n",
             f.trim_range.beyond_limits, f.trim_range.corners
         );
     }
-    out += "\n[A B] over corners of the box, largest relative error (Frobenius norm)\n\
-            \x20      V   moves by   of it through trim   LFT: trim held   LFT: new trim    over the range\n";
+    out += "\n\
+            [A B] at corners of the box, largest relative error (Frobenius norm)\n\x20      V     change     of it \
+            through trim   LFT: trim held   LFT: new trim    over the range\n";
     for f in &frozen {
         let own: ModelErrors = errors(inputs, f, &f.model)?;
         let over = errors(inputs, f, &joint)?;
@@ -60,8 +61,8 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
 
 fn blocks_table(joint: &UncertainModel, frozen: &[&UncertainModel]) -> String {
     let mut out = String::from(
-        "Uncertain parameters and their channels in the LFT: at one speed (the most over the speeds), \
-         over\nthe range of speed\n",
+        "Uncertain parameters and their channels in the LFT: at one speed (the largest number over the speeds),\n\
+         over the speed range\n",
     );
     for b in &joint.blocks {
         let (factor, unit) = readable(b.unit);
