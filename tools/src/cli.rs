@@ -69,7 +69,7 @@ pub enum Verb {
     /// speed, the gain of the sampled loop, margins, mu, noise, simulations of the declared uncertainty, the gain of a
     /// full-order controller on the same weights, and the verdict on `[require]`. Writes nothing: to get FMUs and C
     /// source, copy the `[controller]` into a design file and use `squid design`. docs/pid.md explains the format.
-    /// Refused are loops that are unstable at a constant speed, gains with wrong units or signs or on signals that are
+    /// Rejected are loops that are unstable at a constant speed, gains with wrong units or signs or on signals that are
     /// not measured, and an integrator without gain.
     Prove(Prove),
     /// Convert PID gains between `[controller]` and the files of DUNE, ArduSub, mvp or MSS
@@ -118,7 +118,7 @@ pub enum Verb {
     },
     /// Pack a design as FMUs: vehicle, autopilot, and both in closed loop; and an SSP that connects the first two
     ///
-    /// Reads the output of `squid design`. Refuses a design whose input files have changed since, or whose gain bound
+    /// Reads the output of `squid design`. Rejects a design whose input files have changed since, or whose gain bound
     /// is not proved. If the design has several axes, each is proved; with a heading axis the vehicle moves in six
     /// degrees of freedom.
     Package {
@@ -131,8 +131,8 @@ pub enum Verb {
     ///
     /// Reads the output of `squid design`. Writes NAME.h and NAME.c in C99; if there are several axes, also a folder
     /// with the source of each. The source needs the math library (-lm) only if a thruster has `T_nn` or heave is
-    /// measured; the header says so. Also writes controller.json and certificate.json, for `squid verify --c`. Refuses
-    /// what `squid package` refuses.
+    /// measured; the header says so. Also writes controller.json and certificate.json, for `squid verify --c`. Rejects
+    /// the same designs as `squid package`.
     Export {
         #[command(flatten)]
         which: Which,
@@ -273,12 +273,12 @@ pub struct Design {
     /// Show gamma also for each assumption about the speed: frozen, slow, arbitrarily fast
     #[arg(long)]
     pub ladder: bool,
-    /// Look for a controller that tolerates more of the declared uncertainty, and compare the two (takes a minute; tens
+    /// Search for a controller that tolerates more of the declared uncertainty, and compare the two (takes a minute; tens
     /// of minutes if it misses a requirement and --no-advise is not given)
     #[arg(long)]
     pub robust: bool,
-    /// Prove a gain also for every constant value of the declared uncertain coefficients, while the speed changes in
-    /// any way or, with `--constant=0.1`, by at most 0.1 m/s^2 (takes half a minute to minutes)
+    /// Prove a gain also for all constant values of the declared uncertain coefficients, while the speed changes
+    /// arbitrarily fast or, with `--constant=0.1`, by at most 0.1 m/s^2 (takes half a minute to minutes)
     #[arg(long, value_name = "M/S^2", num_args = 0..=1, require_equals = true, value_parser = rate)]
     pub constant: Option<Option<f64>>,
     /// Do not search for the key to change if a requirement is missed; the search takes one design per key

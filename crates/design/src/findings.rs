@@ -49,7 +49,7 @@ pub(crate) fn step_not_held(step: f64, speed: f64, ratio: f64) -> Finding {
     } else {
         format!(
             "at {at} m/s no actuator holds the pitch off its trim, so a step of {shown} deg will not last; raise \
-             model.speed_min, or add an actuator with a pitching moment"
+             model.speed_min, or add an actuator with a pitch moment"
         )
     };
     let found = Finding::new("step_not_held", "manoeuvre.pitch_step", why);
@@ -113,7 +113,7 @@ pub(crate) fn fast_mode(
     short_enough: Option<f64>,
 ) -> Finding {
     let faster = short_enough
-        .map_or_else(String::new, |time| format!(", or sample it every {} s", rounded_down(time)));
+        .map_or_else(String::new, |time| format!(", or reduce the sample time to {} s", rounded_down(time)));
     let why = format!(
         "the fastest mode of the controller, {mode:.0} rad/s, is above a fifth of the sampling rate, {limit:.1} rad/s \
          (2 pi/{sample_time} s/5): the sampled controller differs from the one with the proved bound, though its loop \
@@ -126,8 +126,8 @@ pub(crate) fn fast_mode(
 /// Polynomial of gains that differs from its table by a fraction of the largest gain at a speed, m/s.
 pub(crate) fn gain_fit(key: &str, relative: f64, speed: f64) -> Finding {
     let why = format!(
-        "the polynomial of '{key}' differs from its table, linear between the points, by up to {:.1} % of the largest \
-         gain, at {} m/s",
+        "the polynomial of '{key}' differs from its piecewise linear table by up to {:.1} % of the largest gain, at \
+         {} m/s",
         100.0 * relative,
         rounded(speed)
     );
@@ -138,7 +138,7 @@ pub(crate) fn gain_fit(key: &str, relative: f64, speed: f64) -> Finding {
 pub(crate) fn step_limited(step: f64, held: f64, speed: f64) -> Finding {
     let (step, held) = (step.to_degrees(), held.to_degrees());
     let why = format!(
-        "at {} m/s pitch can be held up to {} deg from level flight, less than the step of the default flight, {} \
+        "at {} m/s pitch can be held up to {} deg from level flight, less than the step of the default manoeuvre, {} \
          deg: the step is limited",
         decimals(speed, 2),
         decimals(held, 2),

@@ -47,8 +47,8 @@ pub fn synthesise(
     progress.done(
         "bound",
         &format!(
-            "the finished loop has a gain below {} for any trajectory of speed in the range\n\
-             (by eigenvalues in floating point, the closest to zero at {:.1e})",
+            "gain of the finished loop below {} for any trajectory of speed in the range\n(by eigenvalues in \
+             floating point, the closest to zero at {:.1e})",
             above(design.certified.gamma),
             design.certified.largest_eigenvalue
         ),
@@ -111,8 +111,8 @@ fn at_bounded_rate(file: &DesignFile, plant: &GeneralisedPlant, rate: f64) -> Re
     let found = squid_lpv::bounded_rate::synthesise(plant, options)?;
     let certified = found.fast.ok_or_else(|| SynthesisError::Numerical {
         stage: "synthesis at a bounded rate",
-        diagnosis: "no bound of the loop was found for a speed that moves faster than 'synthesis.rate'; raise that, or \
-                    'synthesis.back_off'"
+        diagnosis: "no bound of the loop was found for a speed that changes faster than 'synthesis.rate'; raise this \
+                    rate, or 'synthesis.back_off'"
             .into(),
     })?;
     let design = Design::new(found.controller, found.least.gamma, found.gamma_design, certified);
@@ -132,12 +132,12 @@ fn synthesis_line(design: &Design, requested: f64, seconds: f64) -> String {
     let (how, remark) = match &design.regularisation {
         Some(added) => (", of the plant with weight and noise added", format!("\nremark: {added}")),
         None if back_off(design) > 1.01 * requested => {
-            (", more than requested: no controller could be built closer", String::new())
+            (", more than requested, because no controller could be built closer", String::new())
         }
         None => ("", String::new()),
     };
     format!(
-        "gamma {:.4} at the least, built at {:.4} ({:.1} % back-off{how}), {seconds:.1} s{remark}",
+        "least gamma {:.4}, built at {:.4} ({:.1} % back-off{how}), {seconds:.1} s{remark}",
         design.gamma_optimum,
         design.gamma_design,
         100.0 * back_off(design)

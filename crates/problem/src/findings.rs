@@ -17,15 +17,15 @@ pub(crate) fn better_may_exist(bound: f64, lower: Option<f64>) -> Finding {
 
 pub(crate) fn gamma_below_lower_bound(gamma: f64, lower: f64) -> Finding {
     let why = format!(
-        "the search ended at a gamma of {gamma:.6}, which the proved lower bound {} contradicts because of rounding: \
-         the least gamma is not known",
+        "the search ended at a gamma of {gamma:.6}, which contradicts the proved lower bound {} because of rounding \
+         errors: the least gamma is unknown",
         at_least(lower)
     );
     Finding::new("gamma_below_lower_bound", "gamma", why).value(gamma, "").limit(lower)
 }
 
 pub(crate) fn gamma_is_zero(gamma: f64) -> Finding {
-    let why = "the computed least gamma is zero up to rounding: the smaller the bound, the larger the gains, and no \
+    let why = "the computed least gamma is zero up to rounding: the gains grow as the bound decreases, and no \
                controller attains the infimum; give every control a weight and every measurement noise";
     Finding::new("gamma_is_zero", "gamma", why).value(gamma, "")
 }
@@ -33,8 +33,8 @@ pub(crate) fn gamma_is_zero(gamma: f64) -> Finding {
 /// Bound above the lowest gamma, both relative to it.
 pub(crate) fn bound_far_above(excess: f64, requested: f64) -> Finding {
     let why = format!(
-        "the certified gamma is {:.1} % above the lowest gamma found instead of {:.1} %: no controller closer to it has \
-         a bound that double precision can prove",
+        "the certified gamma is {:.1} % instead of {:.1} % above the lowest gamma found, because no controller \
+         closer to it has a bound that is provable in double precision",
         100.0 * excess,
         100.0 * requested
     );
@@ -43,7 +43,8 @@ pub(crate) fn bound_far_above(excess: f64, requested: f64) -> Finding {
 
 pub(crate) fn large_back_off(back_off: f64, requested: f64) -> Finding {
     let why = format!(
-        "the controller was built {:.1} % above the lowest gamma found instead of {:.1} %: none closer could be built",
+        "the controller was built {:.1} % instead of {:.1} % above the lowest gamma found, because none closer could \
+            be built",
         100.0 * back_off,
         100.0 * requested
     );
@@ -51,25 +52,25 @@ pub(crate) fn large_back_off(back_off: f64, requested: f64) -> Finding {
 }
 
 pub(crate) fn local_search() -> Finding {
-    let why = "gamma is that of a local search over controllers of this structure; a better one may exist";
+    let why = "gamma is the result of a local search over controllers of this structure; a better one may exist";
     Finding::new("local_search", "gamma", why)
 }
 
 pub(crate) fn symmetric_unknown(reason: &dyn Display) -> Finding {
-    let why = format!("the least gamma with symmetric scalings alone is not known: {reason}");
+    let why = format!("the least gamma with symmetric scalings only is unknown: {reason}");
     Finding::new("symmetric_unknown", "gamma_symmetric", why)
 }
 
 pub(crate) fn for_any_rate(rate: Option<f64>, reason: &dyn Display) -> Finding {
     let why = format!(
-        "the controller is that for a parameter that moves at any rate, whose bound also holds at this rate; the \
-         search at this rate failed: {reason}"
+        "the controller is the one for a parameter that changes arbitrarily fast, whose bound also holds at this \
+         rate; the search at this rate failed: {reason}"
     );
     rate.into_iter().fold(Finding::new("for_any_rate", "rate", why), |found, rate| found.value(rate, "1/s"))
 }
 
 pub(crate) fn for_this_rate_only(rate: f64) -> Finding {
-    let why = "the bound is for this rate only: none was found for a parameter that moves faster";
+    let why = "the bound holds for this rate only: none was found for a parameter that changes faster";
     Finding::new("for_this_rate_only", "rate", why).value(rate, "1/s")
 }
 

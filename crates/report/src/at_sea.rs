@@ -68,9 +68,9 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     let figures = |rows: &[Row]| Figures::of(&rows[..common], step.index, &inputs.limits());
     let (at_sea, calm) = (figures(&flown.rows), figures(&still.rows));
     let duration = flown.rows[common - 1].time;
-    let mut findings = of_flight("the flight at sea", &flown, inputs);
+    let mut findings = of_flight("the simulation at sea", &flown, inputs);
     findings.extend(of_flight("still water", &still, inputs));
-    let mut words = format!("The default manoeuvre from a depth of {depth} m, over {duration:.2} s\n");
+    let mut words = format!("Default manoeuvre from a depth of {depth} m, over {duration:.2} s\n");
     words += &waves_met(sea, [manoeuvre.speed_from, manoeuvre.speed_to]);
     words += "                            still water       at sea\n";
     let line = |what: &str, of: &dyn Fn(&Figures) -> f64| {

@@ -98,7 +98,7 @@ pub fn rendered(
     let kept = kept.and_then(|text| serde_json::from_str::<Rendered>(&text).ok());
     if let Some(kept) = kept.filter(|kept| key.is_some() && kept.key == key) {
         kept.unproved.iter().for_each(|found| progress.warn(found));
-        progress.done("report", "as it was computed for these files before");
+        progress.done("report", "taken from an earlier run with the same files");
         return Ok(kept);
     }
     let fresh = Rendered::new(&progress.timed("report", "computing the figures", make).0?, key);

@@ -99,8 +99,8 @@ pub(crate) fn of_flight(name: &str, flight: &Flight, inputs: &Inputs) -> Vec<Fin
 pub(crate) fn early_end(flight: &str, surfacing: Option<Surfacing>) -> Option<Finding> {
     surfacing.map(|surfacing| {
         let why = format!(
-            "in {flight} {surfacing}, and the flight ends there, because its equations are those of deep water; the \
-             figures are those until then, - is not known"
+            "in {flight} {surfacing}, and the simulation ends there, because the equations hold in deep water only; \
+             the figures are those up to this time, - means unknown"
         );
         Finding::new("surfaced", flight, why).value(surfacing.time, "s")
     })
@@ -121,8 +121,8 @@ fn out_of_range(flight: &str, rows: &[Row], inputs: &Inputs) -> Option<Finding> 
     let share = 100.0 * outside.len() as f64 / rows.len() as f64;
     let (slowest, fastest) = extent(outside.iter().copied());
     let why = format!(
-        "in {flight} the speed is outside the range of the design, {low} to {high} m/s, during {} % of the time: {} to \
-         {} m/s; what is proved holds inside the range",
+        "in {flight} the speed is outside the range of the design, {low} to {high} m/s, during {} % of the time: {} \
+         to {} m/s; the proof holds inside the range only",
         decimals(share, 1),
         decimals(slowest, 2),
         decimals(fastest, 2)

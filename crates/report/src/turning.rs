@@ -223,7 +223,7 @@ impl Turns {
 
     /// Returns notes on flights that end at the surface, and on the waves.
     fn notes(&self) -> Vec<String> {
-        let early = early_end("the flight on the ramp of speed", self.surfacing);
+        let early = early_end("the simulation with the speed ramp", self.surfacing);
         let mut out: Vec<String> = early.iter().map(|found| capital(&found.why)).collect();
         out.extend(self.turned.iter().filter_map(|one| {
             Some(format!(

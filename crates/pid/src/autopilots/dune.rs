@@ -359,7 +359,7 @@ pub(crate) fn import(angle: Angle, text: &str, file: &str) -> Result<Import, Fil
                 found.gain(("depth", key), *value, &pitch_units(role), from);
             }
             found.further.push(
-                "[controller.depth] is for a design that tracks depth; remove it for one of pitch.".into(),
+                "[controller.depth] is for a design that tracks depth; remove it for a design that tracks pitch.".into(),
             );
         }
     }
@@ -369,12 +369,12 @@ pub(crate) fn import(angle: Angle, text: &str, file: &str) -> Result<Import, Fil
         && value.eq_ignore_ascii_case("true")
     {
         found.further.push(format!(
-            "'Altitude Control -- Enabled' (line {line}): kd acts on the rate of the error, in squid on that of \
-             pitch: the loop is the same, a step of the reference is not."
+            "'Altitude Control -- Enabled' (line {line}): kd acts on the rate of the error, in squid on the pitch \
+             rate: the loop is the same, the response to a reference step differs."
         ));
     }
     if has_includes {
-        found.further.push("Files that this one includes are not read: what they set stays unseen.".into());
+        found.further.push("Included files are not read, and their settings are not considered.".into());
     }
     Ok(found)
 }

@@ -77,12 +77,12 @@ pub struct Export {
 }
 
 /// Note on a missing `[controller.speed]`.
-const NO_SPEED: &str = "The file has no gains from speed to thrust: a design that tracks the speed needs \
-                        [controller.speed] beside these.";
+const NO_SPEED: &str = "The file has no gains from speed to thrust: a design that tracks the speed also needs \
+                        [controller.speed].";
 
 /// Note on the trim, which squid adds to the law.
-const TRIM: &str = "Squid adds the trim of the actuators at each speed. The autopilot does not: its integral must hold \
-                    that, and without one an error stays.";
+const TRIM: &str = "Squid adds the trim of the actuators at each speed. The autopilot does not: its integrator must \
+                    provide the trim, and without an integrator a steady error remains.";
 
 impl Import {
     /// Starts an import with the law alone.
@@ -283,7 +283,7 @@ pub(crate) fn not_written(pid: &Pid, speed: bool) -> Vec<String> {
         (pid.tracking_time.is_some(), "tracking_time: the autopilot limits its integral differently"),
         (
             pid.turn_shares.is_some() || pid.speed_shares.is_some(),
-            "[controller.allocation]: the autopilot has its own allocation",
+            "[controller.allocation]: the autopilot has its own allocation allocation",
         ),
     ];
     candidates.iter().filter(|(given, _)| *given).map(|(_, note)| format!("Not written: {note}.")).collect()
