@@ -90,7 +90,7 @@ impl ClosedLoop {
     /// [`ClosedLoopError::OtherAxes`], [`ClosedLoopError::OtherSampleTime`], [`ClosedLoopError::OtherVehicle`],
     /// [`ClosedLoopError::OtherSignals`], [`ClosedLoopError::OtherActuators`], [`ClosedLoopError::Manoeuvre`].
     pub fn new(plant: PlantModel, axes: Vec<Axis>, manoeuvre: Manoeuvre) -> Result<Self, ClosedLoopError> {
-        if axes.is_empty() || plant.turns() != (axes.len() > 1) {
+        if axes.is_empty() || plant.has_six_dof() != (axes.len() > 1) {
             return Err(ClosedLoopError::OtherAxes);
         }
         let mut views: Vec<&View> = Vec::new();
@@ -124,7 +124,7 @@ impl ClosedLoop {
     }
 
     /// Returns `true` if there are axes besides that of level flight.
-    pub(crate) fn turns(&self) -> bool {
+    pub(crate) fn has_six_dof(&self) -> bool {
         self.axes.len() > 1
     }
 
@@ -266,7 +266,7 @@ fn commanded(plant: &PlantModel, axes: &[Axis]) -> Result<Vec<Vec<usize>>, Close
     let indices: Option<Vec<Vec<usize>>> = indices.collect();
     let found = names.concat();
     let is_unique = found.iter().all(|name| found.iter().filter(|other| *other == name).count() == 1);
-    match indices.filter(|_| is_unique && (plant.turns() || found == expected)) {
+    match indices.filter(|_| is_unique && (plant.has_six_dof() || found == expected)) {
         Some(indices) => Ok(indices),
         None => Err(ClosedLoopError::OtherActuators { found, expected }),
     }

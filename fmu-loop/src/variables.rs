@@ -69,7 +69,7 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
     let signals = model.followed().into_iter().filter(|index| *index != SPEED).filter_map(signal);
     let signals = signals.map(|signal| signal.name).collect::<Vec<_>>().join(" and ");
     let (comes, ends) =
-        if model.turns() { ("steps start", "steps end") } else { ("step starts", "step ends") };
+        if model.has_six_dof() { ("steps start", "steps end") } else { ("step starts", "step ends") };
     let steps = steps(model).map(|(signal, key, what, nominal)| {
         let Signal { name, unit, range, circular, .. } = *signal;
         let range = range.or(circular.then_some([-PI, PI]));
@@ -202,7 +202,7 @@ fn states(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     of_plant.map(move |one| one.depends_only_where(&known)).map(|one| match one.name() {
         "surge_over_ground" | "sway_over_ground" | "heave_over_ground" => {
             let waves: &[&str] = if model.plant.supports_waves() { &WAVES } else { &[] };
-            let heading: &[&str] = if model.turns() { &["initial_heading"] } else { &[] };
+            let heading: &[&str] = if model.has_six_dof() { &["initial_heading"] } else { &[] };
             let knowns = [&knowns_of_start(model)[..], heading, of_current(&model.plant), waves];
             one.initially_depends_on(&knowns.concat())
         }
@@ -270,7 +270,7 @@ fn quantity_of(name: &str, actuators: &[String]) -> Option<Own> {
 fn knowns_of_first_tick(model: &ClosedLoop) -> Vec<&'static str> {
     let mut knowns: Vec<&str> =
         steps(model).map(|(_, name, ..)| name).chain(["step_time", "step_end", "manual"]).collect();
-    if model.turns() {
+    if model.has_six_dof() {
         knowns.push("initial_heading");
     }
     knowns.extend(followed(model).map(|(_, _, reference)| reference.name));

@@ -26,7 +26,8 @@ impl Model for PlantModel {
 
     fn about(&self) -> About {
         let Vehicle { name, status, description, .. } = self.vehicle();
-        let motion = if self.turns() { "Motion in six degrees of freedom" } else { "Longitudinal motion" };
+        let motion =
+            if self.has_six_dof() { "Motion in six degrees of freedom" } else { "Longitudinal motion" };
         About {
             identifier: format!("{}_plant", identifier(name)),
             name: format!("{name} plant"),

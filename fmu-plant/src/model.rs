@@ -153,7 +153,7 @@ impl PlantModel {
     }
 
     /// Returns `true` if the forward speed is prescribed by an input.
-    pub fn takes_a_speed(&self) -> bool {
+    pub fn has_given_speed(&self) -> bool {
         self.vehicle.coefficients.surge.is_given()
     }
 
@@ -163,7 +163,7 @@ impl PlantModel {
     }
 
     /// Returns `true` if the vehicle moves in six degrees of freedom.
-    pub fn turns(&self) -> bool {
+    pub fn has_six_dof(&self) -> bool {
         self.vehicle.coefficients.leaves_plane()
     }
 
@@ -222,7 +222,7 @@ impl PlantModel {
             plant = plant.with_water(water.clone());
         }
         plant.start(time, &trim)?;
-        if self.turns() {
+        if self.has_six_dof() {
             plant.set_state(&State { heading: *initial_heading, ..plant.state() });
         }
         let clearance = surroundings.as_ref().map(|water| water.clearance(time, &plant.state().pose()));

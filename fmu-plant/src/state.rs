@@ -46,7 +46,7 @@ impl PlantModel {
         state.boolean(&mut self.out_of_range)?;
         let mut snapshot = self.plant.snapshot();
         pass_motion(&mut snapshot, state)?;
-        if self.takes_a_speed() {
+        if self.has_given_speed() {
             let (input, slope) = (&mut self.inputs.given_speed, &mut self.slopes.given_speed);
             state.each(&mut [input, slope, &mut snapshot.given_speed])?;
         }

@@ -12,7 +12,7 @@ type Role<T> = squid_fmi2::Role<PlantModel, T>;
 /// all states in the order of the states.
 pub fn states(model: &PlantModel) -> Vec<Variable> {
     let waves: &[&str] = if model.supports_waves() { &WAVES } else { &[] };
-    let heading: &[&str] = if model.turns() { &["initial_heading"] } else { &[] };
+    let heading: &[&str] = if model.has_six_dof() { &["initial_heading"] } else { &[] };
     let knowns = [&knowns_of_trim(model)[..], heading, of_current(model), waves].concat();
     let directions = [
         (index::SURGE, "along the body axis, forward"),
@@ -45,7 +45,7 @@ impl PlantModel {
         static ALL: [usize; index::STATES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
         static PLANE: [usize; 6] =
             [index::SURGE, index::HEAVE, index::Q, index::PITCH, index::NORTH, index::DEPTH];
-        if self.turns() { &ALL } else { &PLANE }
+        if self.has_six_dof() { &ALL } else { &PLANE }
     }
 
     /// Returns the name of a state.
@@ -65,8 +65,8 @@ impl PlantModel {
             "depth",
         ];
         match index {
-            index::Q if !self.turns() => "pitch_rate",
-            index::NORTH if !self.turns() => "distance",
+            index::Q if !self.has_six_dof() => "pitch_rate",
+            index::NORTH if !self.has_six_dof() => "distance",
             _ => NAMES[index],
         }
     }
@@ -76,7 +76,7 @@ impl PlantModel {
 fn motion_rate(model: &PlantModel, index: usize) -> Variable {
     let (unit, indices): (_, &[usize]) = match index {
         index::ROLL => ("rad/s", &[index::P, index::Q, index::R, index::ROLL, index::PITCH]),
-        index::PITCH if model.turns() => ("rad/s", &[index::Q, index::R, index::ROLL]),
+        index::PITCH if model.has_six_dof() => ("rad/s", &[index::Q, index::R, index::ROLL]),
         index::PITCH => ("rad/s", &[index::Q]),
         index::HEADING => ("rad/s", &[index::Q, index::R, index::ROLL, index::PITCH]),
         index::DEPTH => ("m/s", &[index::SURGE, index::SWAY, index::HEAVE, index::ROLL, index::PITCH]),
@@ -86,7 +86,7 @@ fn motion_rate(model: &PlantModel, index: usize) -> Variable {
         index::SURGE | index::SWAY | index::HEAVE => ("m/s2", &[]),
         _ => ("rad/s2", &[]),
     };
-    let linear = !model.turns() && index == index::PITCH;
+    let linear = !model.has_six_dof() && index == index::PITCH;
     let of_dynamics = indices.is_empty() || (linear && !model.lpv().turns_with_pitch_rate_alone());
     let mut knowns: Vec<String> =
         if of_dynamics { knowns_of_dynamics(model) } else { names(model, indices).collect() };
@@ -112,8 +112,8 @@ fn knowns_of_dynamics(model: &PlantModel) -> Vec<String> {
         _ => true,
     };
     let states: Vec<usize> = model.indices().iter().copied().filter(has_effect).collect();
-    let operating_speed = (!model.turns()).then_some("operating_speed");
-    let given = model.takes_a_speed().then_some(GIVEN_SPEED);
+    let operating_speed = (!model.has_six_dof()).then_some("operating_speed");
+    let given = model.has_given_speed().then_some(GIVEN_SPEED);
     let external = external(model).map(|(_, name, ..)| name);
     let inputs = of_current(model).iter().copied().chain(operating_speed).chain(given).chain(external);
     let forces = model.vehicle().actuators.iter().map(force_of);

@@ -17,7 +17,7 @@ impl PlantModel {
     /// Returns the type of the parameter `fidelity`; empty for a vehicle in six degrees of freedom, which does not have
     /// it.
     pub fn fidelities(&self) -> Vec<Enumeration> {
-        if self.turns() { vec![] } else { vec![fidelities()] }
+        if self.has_six_dof() { vec![] } else { vec![fidelities()] }
     }
 }
 
@@ -63,7 +63,7 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
     let commands = model.vehicle().actuators.iter().enumerate().map(|(i, actuator)| command(i, actuator));
     let operating_speed = "speed along the path through the water, V, at whose trim the LPV model is evaluated; not \
                            used if fidelity is nonlinear";
-    let operating_speed = (!model.turns()).then(|| {
+    let operating_speed = (!model.has_six_dof()).then(|| {
         ahead(model, input!("operating_speed", operating_speed, Quantity::OperatingSpeed, operating_speed))
     });
     commands
@@ -76,7 +76,7 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
 
 /// Returns the names of the current's inputs.
 pub fn of_current(model: &PlantModel) -> &'static [&'static str] {
-    if model.turns() {
+    if model.has_six_dof() {
         &["current_north", "current_east", "current_vertical"]
     } else {
         &["current_horizontal", "current_vertical"]
@@ -86,7 +86,7 @@ pub fn of_current(model: &PlantModel) -> &'static [&'static str] {
 fn current(model: &PlantModel) -> Vec<Variable> {
     let down = "vertical velocity of the current, positive downwards";
     let down = input!("current_vertical", down, Quantity::Current(2), current.vertical);
-    if !model.turns() {
+    if !model.has_six_dof() {
         let horizontal = "horizontal velocity of the current, positive in the direction of distance";
         return vec![
             input!("current_horizontal", horizontal, Quantity::Current(0), current.horizontal),
@@ -112,7 +112,7 @@ pub(crate) fn external(model: &PlantModel) -> impl Iterator<Item = External> {
     let aside = "external force at the origin of the body, along the body y axis, positive to starboard";
     let rolling = "external roll moment about the origin of the body, positive starboard down";
     let yawing = "external yaw moment about the origin of the body, positive bow to starboard";
-    let all = if model.turns() {
+    let all = if model.has_six_dof() {
         vec![
             (0, "external_force_x", "N", ahead),
             (1, "external_force_y", "N", aside),
@@ -128,7 +128,7 @@ pub(crate) fn external(model: &PlantModel) -> impl Iterator<Item = External> {
             (4, "external_moment", "N.m", bow_up),
         ]
     };
-    let first = usize::from(model.takes_a_speed());
+    let first = usize::from(model.has_given_speed());
     all.into_iter().skip(first)
 }
 
@@ -177,7 +177,7 @@ fn command(index: usize, actuator: &Actuator) -> Variable {
 /// Returns the outputs: motion, position, actuator outputs, and the initial trim.
 pub fn outputs(model: &PlantModel) -> Vec<Variable> {
     let mut table = motion(model);
-    if model.turns() {
+    if model.has_six_dof() {
         table.extend(out_of_plane(model));
     }
     table.extend(position(model));
@@ -209,8 +209,8 @@ fn output(
 
 /// Adds the dependencies of a velocity through the water: velocity over ground, angles, current, and position in waves.
 fn through_water(model: &PlantModel, one: Variable, quantity: Quantity, own: &[&str]) -> Variable {
-    let angles: &[&str] = if model.turns() { &["roll", "pitch", "heading"] } else { &["pitch"] };
-    let position: &[&str] = match (model.supports_waves(), model.turns()) {
+    let angles: &[&str] = if model.has_six_dof() { &["roll", "pitch", "heading"] } else { &["pitch"] };
+    let position: &[&str] = match (model.supports_waves(), model.has_six_dof()) {
         (false, _) => &[],
         (true, false) => &["distance", "depth"],
         (true, true) => &["north", "east", "depth"],
@@ -229,20 +229,20 @@ fn motion(model: &PlantModel) -> Vec<Variable> {
         output("heave", "heave velocity through the water, positive down in the body (w)", "m/s", |m| {
             m.state().motion.w
         });
-    let path = if model.turns() {
+    let path = if model.has_six_dof() {
         "speed along the path through the water, V = sqrt(u^2 + v^2 + w^2)"
     } else {
         "speed along the path through the water, V = sqrt(u^2 + w^2)"
     };
     let path_speed = output("path_speed", path, "m/s", |m| m.path_speed());
-    let pitch_rate = if model.turns() {
+    let pitch_rate = if model.has_six_dof() {
         output("pitch_rate", "pitch rate, theta'", "rad/s", |m| m.state().motion.turning()[1])
             .depends_on(&["roll", "angular_velocity_y", "angular_velocity_z"])
             .quantity(Quantity::PitchRate.number())
     } else {
         state("pitch_rate", "pitch rate (q)", "rad/s", index::Q, |m| m.state().motion.q)
     };
-    let of_path: &[&str] = if model.turns() {
+    let of_path: &[&str] = if model.has_six_dof() {
         &["surge_over_ground", "sway_over_ground", "heave_over_ground"]
     } else {
         &["surge_over_ground", "heave_over_ground"]
@@ -314,7 +314,7 @@ fn position(model: &PlantModel) -> Vec<Variable> {
     let made = |name, what, index, get: fn(&PlantModel) -> f64| {
         state(name, what, "m", index, get).initially_depends_on(&[])
     };
-    let (over, knowns): (&[&str], &[&str]) = if model.turns() {
+    let (over, knowns): (&[&str], &[&str]) = if model.has_six_dof() {
         (&["depth", "north", "east"], &["initial_depth", "bottom_depth"])
     } else {
         (&["depth", "distance"], &["initial_depth", "bottom_depth"])
@@ -326,7 +326,7 @@ fn position(model: &PlantModel) -> Vec<Variable> {
     let altitude =
         altitude.depends_on(over).initially_depends_on(knowns).quantity(Quantity::Altitude.number());
     let mut table = vec![depth, altitude];
-    if model.turns() {
+    if model.has_six_dof() {
         table.push(made("north", "distance travelled north over ground", index::NORTH, |m| m.state().x));
         table.push(made("east", "distance travelled east over ground", index::EAST, |m| m.state().east));
     } else {
@@ -384,7 +384,7 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
         ahead(model, parameter!("initial_speed", "m/s", speed, initial_speed)).nominal(1.0),
         parameter!("initial_depth", "m", "initial depth", initial_depth).at_least(0.0).nominal(10.0),
     ];
-    if model.turns() {
+    if model.has_six_dof() {
         let heading = "initial heading, clockwise from north";
         table.push(parameter!("initial_heading", "rad", heading, initial_heading).nominal(1.0));
     } else {
@@ -398,7 +398,7 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
     }
     table.extend(bottom(model));
     table.extend(waves(model));
-    let lateral = COEFFICIENTS.iter().filter(|spec| model.turns() && spec.acts_out_of_plane());
+    let lateral = COEFFICIENTS.iter().filter(|spec| model.has_six_dof() && spec.acts_out_of_plane());
     let all = model.vehicle().coefficients.acting().chain(lateral);
     table.extend(all.map(|spec| coefficient(spec, model)));
     table
@@ -406,14 +406,14 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
 
 /// Returns the parameters of the seabed.
 fn bottom(model: &PlantModel) -> Vec<Variable> {
-    let ahead = if model.turns() { "to the north" } else { "ahead" };
+    let ahead = if model.has_six_dof() { "to the north" } else { "ahead" };
     let north = format!("increase of bottom depth per metre {ahead}");
     let mut table = vec![
         parameter!("bottom_depth", "m", "depth of the bottom at the initial position", bottom.depth)
             .nominal(100.0),
         parameter!("bottom_slope_north", "1", north, bottom.north).nominal(0.1),
     ];
-    if model.turns() {
+    if model.has_six_dof() {
         let east = "increase of bottom depth per metre to the east";
         table.push(parameter!("bottom_slope_east", "1", east, bottom.east).nominal(0.1));
     }
@@ -432,7 +432,7 @@ fn waves(model: &PlantModel) -> Vec<Variable> {
         "peak period of the waves, 0.5 to 30 s, and long enough for the height: steeper waves break";
     let of_gamma = "peak enhancement of the spectrum: 1 for a fully developed sea (Pierson and Moskowitz), 3.3 on \
                     average";
-    let of_heading = if model.turns() {
+    let of_heading = if model.has_six_dof() {
         "propagation direction of the waves, clockwise from north"
     } else {
         "propagation direction of the waves relative to the heading: pi for a head sea, 0 for a following sea"

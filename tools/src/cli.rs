@@ -432,7 +432,7 @@ pub struct Campaign {
 
 /// Parses a bound on the rate of the speed, m/s^2.
 fn rate(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|rate| RATE.allows(*rate)).ok_or_else(|| format!("a number {}", RATE.words))
+    text.parse().ok().filter(|rate| RATE.allows(*rate)).ok_or_else(|| format!("a number {}", RATE.text))
 }
 
 /// Parses the numbers of the first and the last flight.
@@ -629,7 +629,7 @@ fn with_bandwidth(read: Inputs, bandwidth: Option<f64>) -> Result<Inputs, Error>
     bandwidth.map_or(Ok(read.clone()), |bandwidth| read.with_bandwidth(bandwidth)).map_err(|reason| {
         match reason {
             InputError::Bandwidth { found } => {
-                let (found, allowed) = (squid_auv::number(found), BANDWIDTH.words.into());
+                let (found, allowed) = (squid_auv::number(found), BANDWIDTH.text.into());
                 Error::Argument { name: "--bandwidth", found, allowed }
             }
             reason => reason.into(),

@@ -42,10 +42,10 @@ mod motion;
 mod scalar;
 mod simulation;
 mod states;
+mod text;
 pub mod toml_file;
 mod vehicle;
 mod view;
-mod words;
 
 pub use bottom::Bottom;
 pub use motion::branch::trims;
@@ -75,6 +75,7 @@ pub use simulation::surroundings::Surroundings;
 pub use simulation::water::{Pose, Water, WaterMotion};
 /// Curve of a thruster, and origin of the coefficients of a vehicle.
 pub use squid_signals::{Curve, Status};
+pub use text::{number, readable, rounded};
 pub use toml_file::{FileError, FileProblem};
 pub use vehicle::actuator::{Actuator, Effect};
 pub use vehicle::allowed::Allowed;
@@ -89,9 +90,8 @@ pub use vehicle::surge::Surge;
 pub use vehicle::{PublishedLinearModel, Vehicle};
 pub use view::{
     LATERAL, LONGITUDINAL, MOST_SIGNALS, PerReference, PerSignal, REFERENCES, ROLL, Sensed, TRACKED, VIEWS,
-    View, lateral, longitudinal, only, references, roll,
+    View, lateral, longitudinal, references, roll,
 };
-pub use words::{number, readable, rounded};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -10,8 +10,8 @@ use toml::de::{DeTable, DeValue, Error};
 
 pub use error::{FileError, FileProblem, Mistake};
 
+use crate::text::{nearest, number};
 use crate::vehicle::allowed::Allowed;
-use crate::words::{nearest, number};
 
 /// Limit of the size of numbers: products of larger coefficients overflow. The moments of inertia of the largest ships
 /// are some 1e13 kg m2.

@@ -33,11 +33,6 @@ pub type PerSignal<T> = [T; MOST_SIGNALS];
 /// Value for each row of [`longitudinal::SIGNALS`] that can be tracked.
 pub type PerReference<T> = [T; TRACKED];
 
-/// Returns a value for the signal at an index of [`longitudinal::SIGNALS`], and 0 for the others that can be tracked.
-pub fn only(index: usize, value: f64) -> PerReference<f64> {
-    std::array::from_fn(|one| if one == index { value } else { 0.0 })
-}
-
 /// Number of [`references`].
 pub const REFERENCES: usize = {
     const fn own(table: &[Sensed]) -> usize {
@@ -80,7 +75,7 @@ pub struct View {
     /// `true` if surge, heave and pitch are held at trim when an axis of this view flies alone.
     pub is_level_held: bool,
     /// Returns `true` if an axis of this view commands an actuator.
-    pub acts: fn(&Actuator) -> bool,
+    pub commands: fn(&Actuator) -> bool,
     /// Message for a missing actuator: its effect, and its keys in the vehicle file.
     pub missing_actuator: &'static str,
     /// Index in a [`Load`](crate::Load) of the moment of this view.
@@ -97,7 +92,7 @@ pub static LONGITUDINAL: View = View {
         vehicle.coefficients.surge.states(z)
     },
     is_level_held: false,
-    acts: Actuator::acts_in_plane,
+    commands: Actuator::acts_in_plane,
     missing_actuator: "moves it in the vertical plane: add a thruster, or stern planes (M_uu_delta)",
     moment: 4,
 };
@@ -109,7 +104,7 @@ pub static LATERAL: View = View {
     sensed: &lateral::SENSED,
     states: |_, uses| lateral::states(uses(lateral::ROLL)),
     is_level_held: true,
-    acts: Actuator::yaws_alone,
+    commands: Actuator::yaws_alone,
     missing_actuator: "yaws it without effect in the vertical plane: add a rudder (N_uu_delta), or a thruster group \
             with N_T",
     moment: 5,
@@ -122,7 +117,7 @@ pub static ROLL: View = View {
     sensed: &roll::SENSED,
     states: |_, _| &roll::STATES,
     is_level_held: true,
-    acts: Actuator::rolls_alone,
+    commands: Actuator::rolls_alone,
     missing_actuator: "rolls it without other effects: add differential fins (K_uu_delta), or a thruster group with \
             K_T",
     moment: 3,
@@ -168,7 +163,7 @@ impl View {
             return whole.in_plane();
         }
         let (actuators, rest): (Vec<_>, Vec<_>) =
-            whole.actuators.iter().cloned().partition(|one| (self.acts)(one));
+            whole.actuators.iter().cloned().partition(|one| (self.commands)(one));
         let others = whole.others.iter().cloned().chain(rest).collect();
         Vehicle { actuators, others, ..whole.clone() }
     }

@@ -180,7 +180,7 @@ impl<'a> Plan<'a> {
     ) -> Result<Self, Error> {
         let Some((inputs, _)) = axes.first() else { return Err(Error::NoAxis) };
         let (sea, text) = sea.unzip();
-        let vehicle = if axes.len() > 1 { &inputs.whole } else { &inputs.vehicle };
+        let vehicle = if axes.len() > 1 { &inputs.six_dof } else { &inputs.vehicle };
         sea.iter().try_for_each(|sea| match axes.len() {
             1 => sea.check(vehicle),
             _ => sea.check_geometry(vehicle),

@@ -26,7 +26,7 @@ impl Starts {
     }
 
     /// Returns the suffix of a campaign's name; empty if all flights start in trim.
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         let names: Vec<&str> = self.off().map(|(_, signal)| signal.name).collect();
         if names.is_empty() {
             String::new()
@@ -103,7 +103,7 @@ mod tests {
         let starts: Starts = "pitch=10deg,heave=0.1m/s,pitch_rate=1e-3rad/s".parse().unwrap();
         assert_eq!((starts.0[PITCH], starts.0[SPEED]), (10f64.to_radians(), 0.0));
         assert_eq!(starts.to_string().parse(), Ok(starts));
-        insta::assert_snapshot!(starts.words());
+        insta::assert_snapshot!(starts.text());
         assert!(Starts::default().in_trim() && !starts.in_trim());
     }
 

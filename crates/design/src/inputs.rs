@@ -28,7 +28,7 @@ pub struct Inputs {
     /// Vehicle in the vertical plane, for level trim.
     pub plane: Vehicle,
     /// Vehicle in six degrees of freedom, as in its file.
-    pub whole: Vehicle,
+    pub six_dof: Vehicle,
     /// Design file of the axis.
     pub design: DesignFile,
     /// Uncertain coefficients of the design, in the order of the vehicle file.
@@ -151,18 +151,18 @@ impl Inputs {
 
     /// Checks a vehicle and the designs of its axes against each other; `files` are their names in messages.
     fn of(
-        whole: Vehicle,
+        six_dof: Vehicle,
         designs: Vec<DesignFile>,
         hashes: InputHashes,
         files: [&str; 2],
     ) -> Result<Vec<Self>, InputError> {
-        actuator_names::check(&whole, files[0])?;
-        let plane = whole.in_plane();
-        let own = |design: &DesignFile| of_view(&whole, design.view(), files);
+        actuator_names::check(&six_dof, files[0])?;
+        let plane = six_dof.in_plane();
+        let own = |design: &DesignFile| of_view(&six_dof, design.view(), files);
         let vehicles: Vec<Vehicle> = designs.iter().map(own).collect::<Result<_, _>>()?;
         together::check(&designs, &vehicles, files[1])?;
         let one = |(design, vehicle): (DesignFile, &Vehicle)| {
-            Self::of_axis([&whole, &plane, vehicle], design, hashes.clone(), files[1])
+            Self::of_axis([&six_dof, &plane, vehicle], design, hashes.clone(), files[1])
         };
         let mut axes: Vec<Self> = designs.into_iter().zip(&vehicles).map(one).collect::<Result<_, _>>()?;
         // The axis of level flight comes first, whatever the order in the file.
@@ -177,7 +177,7 @@ impl Inputs {
     pub fn redesigned(&self, design: DesignFile) -> Result<Self, InputError> {
         let design_sha256 = sha256(&format!("{design:?}"));
         let hashes = InputHashes { design_sha256, ..self.hashes.clone() };
-        let vehicles = [&self.whole, &self.plane, &self.vehicle];
+        let vehicles = [&self.six_dof, &self.plane, &self.vehicle];
         Ok(Self {
             directory: self.directory.clone(),
             ..Self::of_axis(vehicles, design, hashes, "the design")?
@@ -187,7 +187,7 @@ impl Inputs {
     /// Checks the design of an axis against the vehicle in six degrees of freedom, in the vertical plane, and reduced
     /// to the axis; `file` is for messages.
     fn of_axis(
-        [whole, plane, vehicle]: [&Vehicle; 3],
+        [six_dof, plane, vehicle]: [&Vehicle; 3],
         mut design: DesignFile,
         hashes: InputHashes,
         file: &str,
@@ -201,7 +201,7 @@ impl Inputs {
         design.pitch =
             Pitch::over(plane, design.depth, &design.spread(TRIM_ROWS), design.pitch_asked.as_ref());
         if let (Some(section), Some(_)) = (&mut design.uncertainty, design.axis) {
-            section.leave_out_of(vehicle, &VIEWS.map(|view| view.vehicle(whole)));
+            section.leave_out_of(vehicle, &VIEWS.map(|view| view.vehicle(six_dof)));
         }
         let uncertain = design.uncertainty.as_ref().map(|section| section.resolve(vehicle, file));
         Ok(Self {
@@ -210,7 +210,7 @@ impl Inputs {
             hashes,
             vehicle: vehicle.clone(),
             plane: plane.clone(),
-            whole: whole.clone(),
+            six_dof: six_dof.clone(),
             design,
         })
     }
@@ -252,14 +252,14 @@ impl Inputs {
 ///
 /// # Errors
 /// [`InputError::NoLateral`], [`InputError::NothingActs`].
-pub fn of_view(whole: &Vehicle, view: &View, [vehicle, design]: [&str; 2]) -> Result<Vehicle, InputError> {
-    let own = view.vehicle(whole);
+pub fn of_view(six_dof: &Vehicle, view: &View, [vehicle, design]: [&str; 2]) -> Result<Vehicle, InputError> {
+    let own = view.vehicle(six_dof);
     if !view.is_level_held {
         return Ok(own);
     }
     let (design, vehicle) = (design.to_owned(), vehicle.to_owned());
     let tracked = view.interface.signals[0].name;
-    if !whole.coefficients.leaves_plane() {
+    if !six_dof.coefficients.leaves_plane() {
         return Err(InputError::NoLateral { design, tracked, vehicle });
     }
     if own.actuators.is_empty() {

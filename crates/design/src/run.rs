@@ -3,7 +3,7 @@
 
 mod judge;
 mod prove;
-mod words;
+mod summary;
 
 pub use crate::run::prove::{FinishedAxis, Synthesised};
 
@@ -17,7 +17,7 @@ use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use crate::run::judge::{Judge, Judged};
 use crate::run::prove::proved;
-use crate::run::words::{augment_line, fit_line, lft_line, linearise_line, trim_line, vehicle_line};
+use crate::run::summary::{augment_line, fit_line, lft_line, linearise_line, trim_line, vehicle_line};
 use crate::store::freeze::{Frozen, lpv_model};
 use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;

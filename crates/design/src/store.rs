@@ -15,7 +15,7 @@
 //! | `.squid-lock` | empty; locked while the others are written or read, so that all belong to one design |
 
 pub mod freeze;
-pub mod place;
+pub mod owner;
 pub mod unedited;
 
 use crate::augment::augment;
@@ -102,14 +102,14 @@ pub struct StoredCoupling {
     /// Text of the certificate of this axis.
     pub certificate: String,
     /// Text of the claim of both certificates.
-    pub words: String,
+    pub claim: String,
 }
 
 impl Stored {
     /// Describes the missed requirements; `None` if none is known to be missed.
     pub fn missed(&self) -> Option<String> {
         let missed = self.rows.iter().filter(|row| row.outcome == Outcome::Missed);
-        let names: Vec<&str> = missed.map(|row| row.what.as_str()).collect();
+        let names: Vec<&str> = missed.map(|row| row.name.as_str()).collect();
         (!names.is_empty()).then(|| format!("requirements MISSED: {}", names.join("; ")))
     }
 
@@ -285,9 +285,9 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
         }
     }
     files.add_json(to("design.json"), &figures(inputs, finished))?;
-    place::outdated(directory, inputs, finished)?.into_iter().for_each(|path| files.remove(path));
-    if let Some(mark) = place::mark(inputs) {
-        files.add(to(place::MARK), mark);
+    owner::outdated(directory, inputs, finished)?.into_iter().for_each(|path| files.remove(path));
+    if let Some(mark) = owner::mark(inputs) {
+        files.add(to(owner::MARK), mark);
     }
     match &finished.robust {
         Some(found) => found.add_to(&mut files, directory)?,

@@ -97,11 +97,11 @@ fn with_slow_modes_only(file: &DesignFile, plant: &GeneralisedPlant, design: Des
     };
     let removed = design.controller.a().nrows() - slower.controller.a().nrows();
     let (modes, are, their) = if removed == 1 { ("mode", "is", "its") } else { ("modes", "are", "their") };
-    let words = format!(
+    let text = format!(
         "\n{removed} {modes} of the controller, the fastest of {most:.0} rad/s, {are} too fast for the sample time: \
          replaced by {their} DC gain"
     );
-    (slower, words)
+    (slower, text)
 }
 
 /// A controller for a bounded rate of the speed, m/s^2. Its loop must also have a bound for arbitrary rates.

@@ -72,14 +72,14 @@ impl Verdict {
 
     /// Returns `true` if every requirement that another verdict of the design meets is met.
     pub fn meets_all_of(&self, other: &Self) -> bool {
-        self.missed().all(|row| other.missed().any(|missed| missed.what == row.what))
+        self.missed().all(|row| other.missed().any(|missed| missed.name == row.name))
     }
 
     /// Returns the advice for each missed row, if any, one line each.
     pub fn advice(&self) -> String {
         let line = |row: &Row| {
-            let text = &row.advice.as_ref()?.words;
-            Some(format!("{} {} ({}): {text}", row.what, row.found(), row.required()))
+            let text = &row.advice.as_ref()?.text;
+            Some(format!("{} {} ({}): {text}", row.name, row.found(), row.required()))
         };
         self.missed().filter_map(line).collect::<Vec<_>>().join("\n")
     }
@@ -97,15 +97,15 @@ impl Verdict {
 impl Display for Verdict {
     /// Writes the summary, one line per row, and the advice.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let cells = |row: &Row| [row.outcome.to_string(), row.what.clone(), row.required(), row.found()];
+        let cells = |row: &Row| [row.outcome.to_string(), row.name.clone(), row.required(), row.found()];
         let rows: Vec<[String; 4]> = self.rows.iter().map(cells).collect();
         let width = |column: usize| rows.iter().map(|cells| cells[column].chars().count()).max().unwrap_or(0);
         let [outcomes, names, required, found] = [0, 1, 2, 3].map(width);
         f.write_str(&self.summary())?;
-        for (row, [outcome, what, limit, value]) in self.rows.iter().zip(&rows) {
-            let condition = row.achieved.place();
+        for (row, [outcome, name, limit, value]) in self.rows.iter().zip(&rows) {
+            let condition = row.achieved.condition();
             let line = format!(
-                "{outcome:<outcomes$}  {what:<names$}  {limit:<required$}  {value:<found$}  {condition}"
+                "{outcome:<outcomes$}  {name:<names$}  {limit:<required$}  {value:<found$}  {condition}"
             );
             write!(f, "\n{}", line.trim_end())?;
         }

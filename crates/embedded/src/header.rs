@@ -45,7 +45,7 @@ pub(crate) fn header(
     }
     let (real, upper) = (format!("    {name}_real"), name.to_ascii_uppercase());
     let members = |all: &mut dyn Iterator<Item = (String, String)>| {
-        lines(all.map(|(member, words)| format!("{real} {member}; /* {words} */")))
+        lines(all.map(|(member, text)| format!("{real} {member}; /* {text} */")))
     };
     let signals = |all: Vec<usize>| all.into_iter().map(|index| &design.signals[index]);
     let ages = signals(measurements(design)).filter(|_| design.failsafe.is_some());
@@ -84,8 +84,8 @@ pub(crate) fn header(
         (
             "trims",
             members(&mut trims.map(|one| {
-                let words = format!("{}: {} in level trim at the speed V_r", one.unit, one.measured);
-                (format!("trim_{}", one.name), words)
+                let text = format!("{}: {} in level trim at the speed V_r", one.unit, one.measured);
+                (format!("trim_{}", one.name), text)
             })),
         ),
         (
@@ -120,7 +120,7 @@ fn output(actuator: &Actuator, real: &str) -> String {
         }
         None => "trim and K(rho) y, limited".to_owned(),
     };
-    let sign = actuator.effect_of_sign().map_or(String::new(), |words| format!("    /* {words} */\n"));
+    let sign = actuator.effect_of_sign().map_or(String::new(), |text| format!("    /* {text} */\n"));
     format!("{sign}{real} {}; /* {}, {least:?} to {most:?}: {of} */", actuator.name, actuator.input_unit())
 }
 
@@ -141,14 +141,14 @@ fn lost_bits(design: &ControllerDesign, upper: &str) -> String {
     let bit = |(index, signal): (usize, usize)| {
         let name = &design.signals[signal].name;
         let holds = matches!(design.source(signal), Some(Source::Path(_))) && design.follows(signal);
-        let words = match design.without(signal) {
+        let text = match design.without(signal) {
             Without::Speed => "the filtered reference replaces it: its loop is open",
             Without::Reckoned if holds => "it is estimated from pitch and speed, and its reference is held",
             Without::Reckoned => "it is estimated from its rate",
             Without::Nothing => "FAILED",
         };
         let bit = LOST_FIRST << index;
-        format!("#define {upper}_LOST_{} {bit:#x}u /* {name} is lost: {words} */", name.to_ascii_uppercase())
+        format!("#define {upper}_LOST_{} {bit:#x}u /* {name} is lost: {text} */", name.to_ascii_uppercase())
     };
     let failed = format!(
         "#define {upper}_FAILED 0x8u /* a sensor without a substitute is lost: the commands ramp to the safe ones, \

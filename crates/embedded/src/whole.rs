@@ -25,7 +25,7 @@ pub fn together(name: &str, axes: &[Axis<'_>]) -> Source {
     let names: Vec<&str> = axes.iter().map(|(called, ..)| *called).collect();
     let each = |of: &dyn Fn(&Axis<'_>) -> String| lines(axes.iter().map(of));
     let call =
-        |words: &str| each(&|(called, ..)| format!("    note(&result, {});", words.replace("AXIS", called)));
+        |text: &str| each(&|(called, ..)| format!("    note(&result, {});", text.replace("AXIS", called)));
     let is_safe = axes.iter().all(|(_, design, _)| design.failsafe.is_some());
     let safe = format!(
         "/* Writes the safe commands, which are output after the loss of a sensor without a substitute. */\nvoid \

@@ -126,7 +126,7 @@ pub fn fly_at_sea(
 }
 
 /// Returns the references as last applied by an autopilot; 0 for signals that its axis does not track.
-pub fn used(autopilot: &Autopilot) -> PerReference<f64> {
+pub fn applied_references(autopilot: &Autopilot) -> PerReference<f64> {
     from_fn(|index| autopilot.references().get(index).copied().unwrap_or_default())
 }
 
@@ -254,7 +254,7 @@ pub fn fly_with(
         for ((command, gain), actuator) in commands.iter_mut().zip(gains).zip(&vehicle.actuators) {
             *command = (*command * gain).clamp(actuator.min, actuator.max);
         }
-        let references = used(&autopilot);
+        let references = applied_references(&autopilot);
         Ok(LawOutput { commands, references, rho, out_of_range })
     })
 }

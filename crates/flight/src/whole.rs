@@ -1,7 +1,7 @@
 //! Closed-loop simulation in six degrees of freedom: one autopilot per axis.
 
 use crate::error::Error;
-use crate::flight::{Flight, Row, SeaRow, Signals, TemporaryDisturbance, Variations, used};
+use crate::flight::{Flight, Row, SeaRow, Signals, TemporaryDisturbance, Variations, applied_references};
 use crate::surfacing::Surfacing;
 use crate::ticks::{Tick, Ticks};
 use squid_auv::longitudinal::SPEED;
@@ -86,7 +86,7 @@ impl Axis {
         }
         autopilot.tick(inputs)?;
         let Outputs { commands, scheduling_parameter: rho, out_of_range, .. } = autopilot.outputs().clone();
-        let used = used(autopilot);
+        let used = applied_references(autopilot);
         flight.rows.push(Row { time, signals, used, depth, rho, out_of_range, commands });
         Ok(())
     }

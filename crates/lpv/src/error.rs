@@ -122,7 +122,7 @@ pub enum SynthesisError {
     #[error(
         "the least gamma found is {optimum:.6e}, {:.2} % above the limit {limit:.6e}{}",
         100.0 * (optimum / limit - 1.0),
-        dominant_words(dominant)
+        dominant_text(dominant)
     )]
     AboveLimit {
         optimum: f64,
@@ -186,7 +186,7 @@ impl SynthesisError {
     }
 }
 
-fn dominant_words(dominant: &Option<(usize, usize, f64)>) -> String {
+fn dominant_text(dominant: &Option<(usize, usize, f64)>) -> String {
     dominant.map_or_else(String::new, |(z, w, omega)| {
         format!("; the dominant path from w{w} to z{z} peaks at {omega:.3} rad/s: relax its weight")
     })

@@ -36,7 +36,7 @@ pub fn whole(
 ) -> (Files, Vec<PathBuf>) {
     let of_design = &inputs.design.autopilot;
     let of_design = if of_design == DEFAULT_DESIGN { "" } else { of_design };
-    let name = identifier(&format!("{} {of_design}", inputs.whole.name));
+    let name = identifier(&format!("{} {of_design}", inputs.six_dof.name));
     let all: Vec<_> = axes.iter().map(|(called, design, source)| (*called, design, source)).collect();
     let Source { name, header, source } = together(&name, &all);
     let paths = [format!("{name}.h"), format!("{name}.c")].map(|name| directory.join(name));

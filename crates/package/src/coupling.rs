@@ -5,7 +5,7 @@ use crate::error::Error;
 use squid_certificate::Certificate;
 use squid_design::axis::several::level_and_heading;
 use squid_design::certify::verify::same_controller;
-use squid_design::check::coupled::gain::{CERTIFICATES, coupling, share_of, words};
+use squid_design::check::coupled::gain::{CERTIFICATES, claim, coupling, share_of};
 use squid_design::check::coupled::turn::Turning;
 use squid_design::inputs::Inputs;
 use squid_design::store::StoredCoupling;
@@ -28,13 +28,13 @@ pub fn coupled(designs: Designs<'_>) -> Result<Option<[StoredCoupling; 2]>, Erro
     if !controllers.iter().all(|one| one.gamma.certified) {
         return Ok(None);
     }
-    let turning = Turning::new(&inputs.whole, inputs.design.level(), controllers)?;
+    let turning = Turning::new(&inputs.six_dof, inputs.design.level(), controllers)?;
     let Some(found) = coupling(&turning)? else { return Ok(None) };
     let names = controllers.map(ControllerDesign::steered_signal);
-    let words = found.words(names.each_ref().map(String::as_str));
+    let claim = found.claim(names.each_ref().map(String::as_str));
     let [first, second] = [0, 1].map(|axis| {
         let certificate = text(&found.axes[axis].certificate, Path::new(CERTIFICATES[axis]))?;
-        Ok::<_, Error>(StoredCoupling { certificate, words: words.clone() })
+        Ok::<_, Error>(StoredCoupling { certificate, claim: claim.clone() })
     });
     Ok(Some([first?, second?]))
 }
@@ -81,7 +81,7 @@ pub fn verify(
         );
         return Ok((None, Some(unknown)));
     };
-    let turning = Turning::new(&inputs.whole, inputs.design.level(), both)?;
+    let turning = Turning::new(&inputs.six_dof, inputs.design.level(), both)?;
     let (share, taken) = share_of(&turning, [&one, &other], gains)?;
-    Ok((Some(words(turning.rates(share), (share, taken), names, gains)), None))
+    Ok((Some(claim(turning.rates(share), (share, taken), names, gains)), None))
 }

@@ -83,14 +83,14 @@ pub enum Error {
     Uncertified { directory: String, reason: String },
     /// An error of a file, with the path added to a message that lacks it.
     #[error("{path}: {reason}")]
-    Of { path: String, reason: Box<Error> },
+    InFile { path: String, reason: Box<Error> },
 }
 
 impl Error {
     /// Returns the error without the path that was added to it.
     pub fn cause(&self) -> &Self {
         match self {
-            Self::Of { reason, .. } => reason.cause(),
+            Self::InFile { reason, .. } => reason.cause(),
             other => other,
         }
     }

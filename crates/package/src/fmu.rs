@@ -258,7 +258,7 @@ fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
     let bounds =
         designs.iter().zip(&steered).map(|((_, stored), name)| prefixed(designs.len(), name, &bound(stored)));
     let coupling = designs.iter().find_map(|(_, stored)| stored.coupling.as_ref());
-    let coupled = coupling.map(|coupling| format!("Proved: {}.", coupling.words));
+    let coupled = coupling.map(|coupling| format!("Proved: {}.", coupling.claim));
     let unproved = unproved(designs.len(), coupled.is_some()).map(str::to_owned);
     std::iter::once(what).chain(bounds).chain(coupled).chain(unproved).collect()
 }
@@ -428,7 +428,7 @@ mod tests {
         assert!(prepared.xml.contains("name=\"heading_gamma\""), "{}", prepared.xml);
 
         let inputs = inputs(both);
-        assert_eq!(several::vehicle(&inputs), Some(&depth.0.whole));
+        assert_eq!(several::vehicle(&inputs), Some(&depth.0.six_dof));
         let steps = several::manoeuvre(&inputs).unwrap().steps;
         assert_eq!(steps.keys().collect::<Vec<_>>(), ["depth", "heading"]);
 

@@ -34,8 +34,8 @@ pub(crate) fn page(
         let of_axis = store::axis_directory(directory, inputs);
         let directory = if controllers.len() > 1 { &of_axis } else { directory };
         let mut stored = store::load(directory, inputs).ok().filter(|one| one.controller == **controller)?;
-        let words = coupling.map(str::to_owned);
-        stored.coupling = words.map(|words| StoredCoupling { certificate: String::new(), words });
+        let claim = coupling.map(str::to_owned);
+        stored.coupling = claim.map(|claim| StoredCoupling { certificate: String::new(), claim });
         Some(stored)
     };
     let stored: Vec<Stored> = given.inputs.iter().zip(controllers).map(stored).collect::<Option<_>>()?;

@@ -100,7 +100,7 @@ pub fn verify(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Err
         if reason.to_string().starts_with(&name) {
             reason
         } else {
-            Error::Of { path: name, reason: Box::new(reason) }
+            Error::InFile { path: name, reason: Box::new(reason) }
         }
     })
 }

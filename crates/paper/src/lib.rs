@@ -43,7 +43,7 @@ pub fn report(subject: &Subject) -> Report {
         claims.extend(found);
     }
     report.introduction.extend(introduction(subject));
-    report.words += &summary(&claims, &report.subject);
+    report.summary += &summary(&claims, &report.subject);
     report.sections.push(claims_section(claims, &report.subject));
     report
 }
@@ -95,7 +95,7 @@ fn claims_section(claims: Vec<Claim>, subject: &str) -> Section {
         ];
         Part::Boxed(Boxed { mark: claim.finding.class(), paragraphs })
     };
-    let head = [Part::Words(summary.into()), Part::Table(table)];
+    let head = [Part::Text(summary.into()), Part::Table(table)];
     let parts = head.into_iter().chain(claims.into_iter().map(boxed)).collect();
     Section::new("claims", "Claims of the paper", parts)
 }

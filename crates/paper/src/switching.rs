@@ -76,7 +76,7 @@ pub fn switching(subject: &Subject) -> Result<Found, Error> {
         bank.len()
     );
     let parts = vec![
-        Part::Words(text),
+        Part::Text(text),
         Part::Figure(figure(subject, &flights)),
         Part::Table(table),
         Part::Table(alternations_table(&alternations)),

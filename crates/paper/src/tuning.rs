@@ -86,7 +86,7 @@ pub fn tuning(subject: &Subject) -> Result<Found, Error> {
         }
     );
     let parts = vec![
-        Part::Words(text),
+        Part::Text(text),
         Part::Figure(figure(subject, &all)),
         Part::Table(table(subject, &all)),
         Part::Table(costs_table(&all)),

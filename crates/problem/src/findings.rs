@@ -52,7 +52,8 @@ pub(crate) fn large_back_off(back_off: f64, requested: f64) -> Finding {
 }
 
 pub(crate) fn local_search() -> Finding {
-    let why = "gamma is the result of a local search over controllers of this structure; a better one may exist";
+    let why =
+        "gamma is the result of a local search over controllers of this structure; a better one may exist";
     Finding::new("local_search", "gamma", why)
 }
 

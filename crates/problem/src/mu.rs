@@ -215,7 +215,7 @@ impl Report {
     }
 
     /// Returns the text for a terminal, with conservatively rounded bounds.
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         let (upper, lower) = (self.upper.unwrap_or(f64::INFINITY), self.lower.unwrap_or(0.0));
         let (most, size) = (digits(upper, f64::ceil), digits(1.0 / lower, f64::ceil));
         let fastest = if self.fastest.is_infinite() { "infinity".into() } else { rads(self.fastest) };
@@ -248,13 +248,13 @@ impl Report {
         let intervals =
             self.intervals.map_or_else(String::new, |n| format!(" {n} intervals cover the frequency axis."));
         let seconds = self.seconds.unwrap_or(0.0);
-        let performance = self.performance.as_ref().map_or_else(String::new, Performance::words);
+        let performance = self.performance.as_ref().map_or_else(String::new, Performance::text);
         format!("{below}.{intervals}\n{above}\nMargin 1/mu: {margin}.\n{performance}{seconds:.2} s")
     }
 }
 
 impl Performance {
-    fn words(&self) -> String {
+    fn text(&self) -> String {
         let up = |v: f64| digits(v, f64::ceil);
         let mut out = format!(
             "Robust performance: mu with performance block <= {0}, so that the gain from w to z is below {0} for \

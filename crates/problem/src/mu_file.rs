@@ -95,8 +95,8 @@ pub fn mu_problem(source: &Source) -> Result<MuProblem, Error> {
         (Some(m), None) => Perturbed::Matrix(complex_matrix(source, &m.0)?),
         (None, Some(p)) => Perturbed::System(p.state_space(source)?),
         (None, None) => {
-            let words = "is missing; a problem has a matrix M, or a system P with A, B, C and D";
-            return Err(source.wrong("M", words));
+            let text = "is missing; a problem has a matrix M, or a system P with A, B, C and D";
+            return Err(source.wrong("M", text));
         }
     };
     let structure = structure(source, &data)?;
@@ -105,8 +105,8 @@ pub fn mu_problem(source: &Source) -> Result<MuProblem, Error> {
     let (w, z) = performance.map_or((0, 0), |(w, z, _)| (w, z));
     let (rows, columns) = (structure.cols() + z, structure.rows() + w);
     let check = |key: &str, found: (usize, usize)| {
-        let words = format!("is {} x {}; for these blocks it must be {rows} x {columns}", found.0, found.1);
-        if found == (rows, columns) { Ok(()) } else { Err(source.wrong(key, words)) }
+        let text = format!("is {} x {}; for these blocks it must be {rows} x {columns}", found.0, found.1);
+        if found == (rows, columns) { Ok(()) } else { Err(source.wrong(key, text)) }
     };
     let mut discrete = None;
     let perturbed = match perturbed {
@@ -143,10 +143,10 @@ fn in_continuous_time(
 ) -> Result<(Bilinear, StateSpace), Error> {
     let radius = system.poles().iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     if radius >= 1.0 {
-        let words = format!(
+        let text = format!(
             "has an eigenvalue of modulus {radius}: the discrete-time loop is unstable without any perturbation"
         );
-        return Err(source.wrong("A", words));
+        return Err(source.wrong("A", text));
     }
     let transform = Bilinear::of(&system.a, sample_time);
     let found = transform.and_then(|transform| Some((transform, transform.continuous(system)?)));

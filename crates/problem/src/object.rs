@@ -147,9 +147,9 @@ impl Matrices<'_> {
             return Ok(Mat::zeros(rows, columns));
         }
         if found != (rows, columns) {
-            let words = "to match the other matrices it must be";
-            let words = format!("is {} x {}; {words} {rows} x {columns}", found.0, found.1);
-            return Err(self.source.wrong(key, words));
+            let text = "to match the other matrices it must be";
+            let text = format!("is {} x {}; {text} {rows} x {columns}", found.0, found.1);
+            return Err(self.source.wrong(key, text));
         }
         Ok(Mat::from_fn(rows, columns, |i, j| given[i][j].0))
     }
@@ -163,12 +163,12 @@ impl Matrices<'_> {
     /// Checks that the matrix `key`, if present, is the identity.
     ///
     /// # Errors
-    /// [`Error::Problem`] with the first entry that differs; `words` describes the allowed value.
-    pub fn only_identity(&self, key: &str, words: &str) -> Result<(), Error> {
+    /// [`Error::Problem`] with the first entry that differs; `text` describes the allowed value.
+    pub fn only_identity(&self, key: &str, text: &str) -> Result<(), Error> {
         for (i, row) in self.rows(key).unwrap_or_default().iter().enumerate() {
             let differs = |(j, entry): &(usize, &Entry)| entry.0 != f64::from(u8::from(i == *j));
             if let Some((j, entry)) = row.iter().enumerate().find(differs) {
-                let reason = format!("is {} in row {}, column {}; it must be {words}", entry.0, i + 1, j + 1);
+                let reason = format!("is {} in row {}, column {}; it must be {text}", entry.0, i + 1, j + 1);
                 return Err(self.source.wrong(key, reason));
             }
         }

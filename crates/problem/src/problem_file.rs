@@ -131,17 +131,17 @@ fn read(source: &Source, with_control: bool) -> Result<Problem, Error> {
         let data = Data { blocks: Some(blocks), dt, ..Data::default() };
         return built(source, matrices, &data, with_control);
     }
-    let words = "applies to sampled loops only; the sample time of a discrete-time plant is 'dt'";
-    let (matrices, data) = data(source, &OF_SAMPLED_LOOP, words)?;
+    let reason = "applies to sampled loops only; the sample time of a discrete-time plant is 'dt'";
+    let (matrices, data) = data(source, &OF_SAMPLED_LOOP, reason)?;
     built(source, matrices, &data, with_control)
 }
 
 /// Reads the matrices of the plant, and the remaining data. The keys `others` belong to another kind of problem; they
-/// are refused with the reason `words`.
-fn data(source: &Source, others: &[&str], words: &str) -> Result<(Given, Data), Error> {
+/// are refused with the reason `text`.
+fn data(source: &Source, others: &[&str], text: &str) -> Result<(Given, Data), Error> {
     let mut data = Data::read(source)?;
     if let Some(key) = data.keys().find(|key| others.contains(key)) {
-        return Err(source.wrong(key, words));
+        return Err(source.wrong(key, text));
     }
     if data.p.is_some() && data.plant.is_some() {
         return Err(source.wrong("P", "and 'plant' are both given; remove one of the two"));
@@ -178,9 +178,9 @@ fn built(source: &Source, given: Given, data: &Data, with_control: bool) -> Resu
         return Ok(Problem { plant, d22, rate, discrete: None });
     };
     if rate.is_some() {
-        let words =
+        let text =
             "and 'rate' exclude each other, because 'rate' applies to continuous time; remove one of the two";
-        return Err(source.wrong("dt", words));
+        return Err(source.wrong("dt", text));
     }
     let (discrete, plant, d22) =
         Discrete::new(plant, d22, sample_time).ok_or_else(|| source.wrong("A", POLES_AT_BOTH_ENDS))?;
@@ -228,12 +228,12 @@ fn rate(source: &Source, data: &Data, plant: &GeneralisedPlant, d22: &Mat) -> Re
     }
     if plant.blocks.len() != 1 {
         let count = plant.blocks.len();
-        let words = format!("bounds the rate of a single parameter, but 'blocks' has {count}; remove it");
-        return Err(source.wrong("rate", words));
+        let text = format!("bounds the rate of a single parameter, but 'blocks' has {count}; remove it");
+        return Err(source.wrong("rate", text));
     }
     if d22.iter().any(|entry| *entry != 0.0) {
-        let words = "and a direct path 'D22' exclude each other; design for y - D22 u, without 'D22', or remove 'rate'";
-        return Err(source.wrong("rate", words));
+        let text = "and a direct path 'D22' exclude each other; design for y - D22 u, without 'D22', or remove 'rate'";
+        return Err(source.wrong("rate", text));
     }
     Ok(rate)
 }

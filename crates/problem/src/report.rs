@@ -188,7 +188,7 @@ impl Report {
     }
 
     /// Returns the text for a terminal.
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         let number = |v: Option<f64>| v.map_or_else(|| "unknown".into(), |v| format!("{v:.6}"));
         let mut out = match self.status {
             Status::Feasible => "feasible\n".to_owned(),

@@ -69,7 +69,7 @@ impl Report {
     }
 
     /// Returns the text for a terminal.
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         match (self.lower, self.upper) {
             (Some(lower), Some(upper)) => {
                 let (least, most) = (digits(lower, f64::floor), digits(upper, f64::ceil));

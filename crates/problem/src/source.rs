@@ -97,7 +97,7 @@ fn unknown(reason: &str) -> Option<String> {
     Some(format!("is unknown{advice} (allowed: {})", known.join(", ")))
 }
 
-/// Returns `true` if two words differ only in case or, if long enough, in one letter.
+/// Returns `true` if two text differ only in case or, if long enough, in one letter.
 fn is_near(found: &str, word: &str) -> bool {
     const LONG: usize = 4;
     found.eq_ignore_ascii_case(word) || (word.len() >= LONG && strsim::levenshtein(found, word) == 1)

@@ -139,15 +139,15 @@ impl Vehicle {
         let first = axes.first().ok_or_else(|| wrong("there is no axis"))?;
         let manoeuvre = Manoeuvre::from_json(manoeuvre).map_err(wrong)?;
         let sea = sea.map(|text| Sea::parse(text, "sea")).transpose().map_err(wrong)?;
-        sea.iter().try_for_each(|sea| sea.check_geometry(&first.whole)).map_err(wrong)?;
+        sea.iter().try_for_each(|sea| sea.check_geometry(&first.six_dof)).map_err(wrong)?;
         let designs: Vec<&ControllerDesign> = stored.iter().map(|stored| &stored.controller).collect();
         let varied = Variations { sea: sea.as_ref(), ..Variations::default() };
         let flown = python
-            .detach(|| fly_six_dof(&first.whole, &designs, first.design.level(), &manoeuvre, &varied))
+            .detach(|| fly_six_dof(&first.six_dof, &designs, first.design.level(), &manoeuvre, &varied))
             .map_err(of_flight)?;
         let own = axes.iter().zip(&designs);
         let own: Vec<_> = own.map(|(inputs, design)| (&inputs.vehicle.actuators[..], *design)).collect();
-        let record = Record::of_six_dof(&flown, &first.whole.actuators, &own);
+        let record = Record::of_six_dof(&flown, &first.six_dof.actuators, &own);
         Ok((columns(&record), flown.surfacing().map(|surfacing| surfacing.to_string())))
     }
 }

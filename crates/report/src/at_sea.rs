@@ -34,7 +34,7 @@ pub struct Compared {
     /// Flights that end at the surface or leave the range of speed.
     pub findings: Vec<Finding>,
     /// Figures as text.
-    pub words: String,
+    pub summary: String,
     /// Flight at sea.
     pub at_sea: Figures,
     /// Flight in still water, over the same time.
@@ -70,19 +70,19 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     let duration = flown.rows[common - 1].time;
     let mut findings = of_flight("the simulation at sea", &flown, inputs);
     findings.extend(of_flight("still water", &still, inputs));
-    let mut words = format!("Default manoeuvre from a depth of {depth} m, over {duration:.2} s\n");
-    words += &waves_met(sea, [manoeuvre.speed_from, manoeuvre.speed_to]);
-    words += "                            still water       at sea\n";
+    let mut summary = format!("Default manoeuvre from a depth of {depth} m, over {duration:.2} s\n");
+    summary += &waves_met(sea, [manoeuvre.speed_from, manoeuvre.speed_to]);
+    summary += "                            still water       at sea\n";
     let line = |what: &str, of: &dyn Fn(&Figures) -> f64| {
         format!("  {what:<26}{:>11}  {:>11}\n", decimals(of(&calm), 3), decimals(of(&at_sea), 3))
     };
     let what = format!("{} error, rms ({})", step.name, step.unit);
-    words += &line(&what, &|f| step.factor * f.error);
-    words += &line("speed error, rms (m/s)", &|f| f.speed_error);
-    words += &line("largest actuator use (%)", &|f| 100.0 * f.actuator_use);
-    words += &format!("\nRecord and plot: {}\n", directory.join("{sea.csv,sea.svg}").display());
+    summary += &line(&what, &|f| step.factor * f.error);
+    summary += &line("speed error, rms (m/s)", &|f| f.speed_error);
+    summary += &line("largest actuator use (%)", &|f| 100.0 * f.actuator_use);
+    summary += &format!("\nRecord and plot: {}\n", directory.join("{sea.csv,sea.svg}").display());
     let surfacing = flown.surfacing.map(|surfacing| surfacing.time);
-    Ok(Compared { findings, words, at_sea, still: calm, surfacing })
+    Ok(Compared { findings, summary, at_sea, still: calm, surfacing })
 }
 
 /// Returns the encounter frequency of the wave peak at the two speeds of the manoeuvre, as text.

@@ -42,7 +42,7 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread],
             plan.identity.seed,
             plan.uncertain.len(),
             steered.join(" and the "),
-            plan.identity.starts.words()
+            plan.identity.starts.text()
         ),
         "Flights are samples and prove nothing about other vehicles. `squid replay` repeats one and plots it."
             .to_owned(),
@@ -59,7 +59,7 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread],
 }
 
 fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
-    let words = format!(
+    let text = format!(
         "Gain of the loop from w to z, which gamma bounds for a model without errors: for the linear model at a \
          constant speed and the controller frozen at this speed, in continuous time. Sampled: the vehicles of the \
          first {vehicles} flights, each in its own trim. Guaranteed: for all constant values of the uncertain \
@@ -94,7 +94,7 @@ fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
     }
     let without = "Without gain: vehicles without trim at this speed, or with a trim outside the range found at the \
                    corners of the declared uncertainty, which the bound does not cover.";
-    let parts = vec![Part::Words(words), Part::Table(table), Part::Words(without.into())];
+    let parts = vec![Part::Text(text), Part::Table(table), Part::Text(without.into())];
     Section::new("guaranteed", "The largest sampled gain and the guaranteed gain", parts)
 }
 
@@ -104,8 +104,8 @@ fn ended(shares: &[Share]) -> Section {
         let interval = format!("{} to {}", percent(*low, 2), percent(*high, 2));
         table.rows.push(vec![(*outcome).to_owned(), flights.to_string(), percent(*share, 2), interval]);
     }
-    let words = "The interval is that of Wilson (1927) for the probability of the outcome, with a confidence of 95 %.";
-    Section::new("outcomes", "Outcomes", vec![Part::Table(table), Part::Words(words.into())])
+    let text = "The interval is that of Wilson (1927) for the probability of the outcome, with a confidence of 95 %.";
+    Section::new("outcomes", "Outcomes", vec![Part::Table(table), Part::Text(text.into())])
 }
 
 /// Returns how to display a figure: its name, its unit, and the factor to that unit.
@@ -193,7 +193,7 @@ fn pushed(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
         }
     }
     let mut parts = vec![
-        Part::Words(format!(
+        Part::Text(format!(
             "Rank correlations (Spearman) of at least {STRONG} between random numbers and figures: +1 if one always \
                  increases with the other."
         )),

@@ -8,8 +8,8 @@ pub(crate) mod html;
 mod key;
 mod plot;
 mod section;
+mod text;
 mod thin;
-mod words;
 
 pub use axis::{Axis, Scale, extent};
 pub use chart::{Chart, Curve, SMALL, Size, WIDE};
@@ -19,5 +19,5 @@ pub use key::{Key, WIDTH};
 pub use plot::{Kind, Line, Panel, draw};
 pub use section::{Boxed, Part, Section, Table};
 pub use squid_base::numbers::{known, percent, tidy};
+pub use text::{capital, escaped};
 pub(crate) use thin::thin;
-pub use words::{capital, escaped};

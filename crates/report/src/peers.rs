@@ -58,8 +58,8 @@ pub(crate) fn peers(subject: &Subject) -> Result<Vec<Part>, Error> {
         row.resize(table.head.len(), String::new());
     }
     let scores: Vec<String> = (1..laws.len()).map(|i| score(&lines, i, &laws[i].name)).collect();
-    let words = [words(subject), remark, beside::words(subject)].join(" ");
-    Ok(vec![Part::Words(words.trim_end().into()), Part::Table(table), Part::Words(scores.join(" "))])
+    let about = [explanation(subject), remark, beside::explanation(subject)].join(" ");
+    Ok(vec![Part::Text(about.trim_end().into()), Part::Table(table), Part::Text(scores.join(" "))])
 }
 
 /// Counts the rows of the comparison that the design wins, draws and loses against the PID tuned in flight; returns the
@@ -183,7 +183,7 @@ fn flown(subject: &Subject, laws: &[Law]) -> Result<Vec<Line>, Error> {
     Ok(lines)
 }
 
-fn words(subject: &Subject) -> String {
+fn explanation(subject: &Subject) -> String {
     let step = subject.step();
     let speed_step = if subject.inputs.design.tracked_speed().is_some() {
         "a speed step"
@@ -203,7 +203,7 @@ fn words(subject: &Subject) -> String {
             less than {:.0} % count as drawn; rows without figure are not compared.",
         subject.wanted_speed(),
         step.name,
-        step.words(),
+        step.text(),
         step.name,
         100.0 * DRAW
     )

@@ -24,7 +24,7 @@ pub struct Rendered {
     /// Findings on proofs that fail.
     pub unproved: Vec<Finding>,
     /// Verdict for a terminal.
-    pub words: String,
+    pub summary: String,
     /// Program and input files.
     origin: String,
     /// Parts of the page before and after the inserted origin and remarks.
@@ -44,7 +44,7 @@ impl Rendered {
         let (head, body) = html::page(report);
         let figures = report.figures().map(|f| (f.name.clone(), f.file(&f.caption))).collect();
         let (unproved, origin) = (report.unproved.clone(), report.origin.clone());
-        Self { key, unproved, words: report.words.clone(), origin, head, body, figures }
+        Self { key, unproved, summary: report.summary.clone(), origin, head, body, figures }
     }
 
     /// Returns the page, with the paragraphs `about` below its heading.
@@ -53,7 +53,7 @@ impl Rendered {
     }
 
     fn page_of(&self, origin: &str, about: &[String]) -> String {
-        let about: String = about.iter().map(|words| html::paragraph(words)).collect();
+        let about: String = about.iter().map(|text| html::paragraph(text)).collect();
         let (style, origin) = html::origin(origin);
         let head = self.head.replacen("</head>", &format!("{style}</head>"), 1);
         format!("{head}{origin}{about}{}", self.body)
@@ -170,7 +170,7 @@ mod tests {
         other.manoeuvre.steps.values_mut().for_each(|step| *step *= 0.5);
         keys.push(of(&inputs, &other));
         let mut other = stored.clone();
-        other.rows[0].advice = Some(Advice { turn: None, words: "no key".into() });
+        other.rows[0].advice = Some(Advice { change: None, text: "no key".into() });
         keys.push(of(&inputs, &other));
         let mut other = inputs.clone();
         other.hashes.design_sha256.push('0');

@@ -69,7 +69,7 @@ pub struct Report {
     /// Name of the vehicle.
     pub subject: String,
     /// Verdict for a terminal; may be empty.
-    pub words: String,
+    pub summary: String,
     /// Sections.
     pub sections: Vec<Section>,
 }
@@ -86,8 +86,8 @@ pub fn report(subject: &Subject) -> Report {
         report.origin += &format!("; compared with {} with {}", design.source(), hashes.design_sha256);
     }
     let flown = report.sections.iter().find(|section| section.id == "peers" && !subject.beside.is_empty());
-    if let Some(Part::Words(scores)) = flown.and_then(|section| section.parts.last()) {
-        report.words += &format!("\nComparison in simulation: {scores}\n");
+    if let Some(Part::Text(scores)) = flown.and_then(|section| section.parts.last()) {
+        report.summary += &format!("\nComparison in simulation: {scores}\n");
     }
     report
 }
@@ -130,7 +130,7 @@ fn with_sections(subject: &Subject, makers: &[&Maker]) -> Report {
     sections.sort_by_key(|section| makers.iter().position(|maker| maker.0 == section.id));
     let verdict =
         subject.verdict().map_or_else(|_| String::new(), |v| format!("Of {}: {v}\n", subject.name()));
-    Report { sections, words: verdict, ..Report::without_sections(subject.inputs, unproved) }
+    Report { sections, summary: verdict, ..Report::without_sections(subject.inputs, unproved) }
 }
 
 /// Computes a section and reports progress; a section that fails contains the reason.
@@ -140,8 +140,8 @@ pub fn section(
     make: impl FnOnce() -> Result<Vec<Part>, Error>,
 ) -> Section {
     let failed = |reason| {
-        let words = format!("This section could not be computed: {reason}");
-        vec![Part::Boxed(Boxed { mark: "failed", paragraphs: vec![(String::new(), words)] })]
+        let text = format!("This section could not be computed: {reason}");
+        vec![Part::Boxed(Boxed { mark: "failed", paragraphs: vec![(String::new(), text)] })]
     };
     let started = Instant::now();
     let parts = make().unwrap_or_else(failed);
@@ -190,7 +190,7 @@ impl Report {
             origin: origin(inputs),
             introduction,
             subject,
-            words: String::new(),
+            summary: String::new(),
             sections: Vec::new(),
         }
     }
@@ -212,7 +212,7 @@ impl Report {
                 None => all = Some(Self { sections, unproved, ..report }),
                 Some(all) => {
                     all.sections.extend(sections);
-                    all.words += &report.words;
+                    all.summary += &report.summary;
                     all.unproved.extend(unproved);
                 }
             }

@@ -26,7 +26,7 @@ pub struct Flown {
     /// Flights that end at the surface or leave the range of speed.
     pub findings: Vec<Finding>,
     /// Figures as text.
-    pub words: String,
+    pub summary: String,
     /// Speed of each step, m/s, and its figures.
     pub steps: Vec<(f64, StepFigures)>,
 }
@@ -87,7 +87,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
         "\nRecords and plots: {}\n",
         directory.join("{flight.csv,flight.svg,steps.svg,open_loop.svg}").display()
     );
-    Ok(Flown { findings, words: out, steps })
+    Ok(Flown { findings, summary: out, steps })
 }
 
 /// Returns the findings on a flight: its end at the surface, and a speed outside the range of the design.

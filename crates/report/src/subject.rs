@@ -115,7 +115,7 @@ impl Step {
     }
 
     /// Returns the height with its unit as text.
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         format!("{} {}", squid_auv::rounded(self.factor * self.height), self.unit)
     }
 
@@ -215,7 +215,7 @@ impl<'a> Subject<'a> {
             };
             let mut verdict = reached.map_err(|reason| reason.to_string())?;
             for row in verdict.rows.iter_mut().filter(|row| row.outcome == Outcome::Missed) {
-                let stored = rows.iter().find(|stored| stored.what == row.what);
+                let stored = rows.iter().find(|stored| stored.name == row.name);
                 row.advice = stored.and_then(|stored| stored.advice.clone());
             }
             Ok(verdict)

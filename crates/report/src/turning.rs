@@ -97,7 +97,7 @@ impl<'a> Axes<'a> {
     fn turning(&self) -> Result<Option<Turning<'a>>, Error> {
         let [(inputs, level), (_, heading)] = self.all else { return Ok(None) };
         let designs = [&level.controller, &heading.controller];
-        Ok(Some(Turning::new(&inputs.whole, inputs.design.level(), designs)?))
+        Ok(Some(Turning::new(&inputs.six_dof, inputs.design.level(), designs)?))
     }
 
     /// Returns the record of a flight.
@@ -105,7 +105,7 @@ impl<'a> Axes<'a> {
         let axes = self.all.iter();
         let axes: Vec<_> =
             axes.map(|(inputs, stored)| (&inputs.vehicle.actuators[..], &stored.controller)).collect();
-        Record::of_six_dof(flight, &self.level().0.whole.actuators, &axes)
+        Record::of_six_dof(flight, &self.level().0.six_dof.actuators, &axes)
     }
 
     /// Returns the name of each axis.
@@ -148,7 +148,7 @@ impl Turns {
             inputs.design.file,
             self.at_sea()
         );
-        let panels = panels(&self.record, &inputs.whole.actuators);
+        let panels = panels(&self.record, &inputs.six_dof.actuators);
         let mut files = Files::default();
         files.add(directory.join("turn.svg"), draw(&directory.join("turn.svg"), &title, &panels)?);
         files.add(directory.join("turn.csv"), self.record.csv());
@@ -161,18 +161,18 @@ impl Turns {
         }
         files.save(directory)?;
         let files = directory.join("{turn.csv,turn.svg}").display().to_string();
-        Ok(format!("{}Record and plot: {files}\n", self.words(axes)))
+        Ok(format!("{}Record and plot: {files}\n", self.text(axes)))
     }
 
     /// Returns the section of a report.
     pub fn section(&self, axes: Axes<'_>) -> Section {
         let mut table = Table::new(HEAD);
         table.rows = self.turned.iter().map(|one| one.cells().to_vec()).collect();
-        let mut words = self.notes();
-        words.insert(0, format!("{}. {NOTES}", self.title(axes)));
+        let mut text = self.notes();
+        text.insert(0, format!("{}. {NOTES}", self.title(axes)));
         let mut parts: Vec<Part> = vec![Part::Table(table)];
-        parts.extend(words.into_iter().map(Part::Words));
-        parts.push(Part::Words(self.proved(axes)));
+        parts.extend(text.into_iter().map(Part::Text));
+        parts.push(Part::Text(self.proved(axes)));
         let curve = |name: &str, factor: f64, key: usize| {
             let values = self.record.get("time").into_iter().flatten().zip(self.record.get(name)?);
             Some(Curve { key, points: values.map(|(time, value)| (*time, factor * value)).collect() })
@@ -241,14 +241,14 @@ impl Turns {
     fn proved(&self, axes: Axes<'_>) -> String {
         let names = axes.names();
         match (&self.coupling, &names[..]) {
-            (Some(found), [level, heading]) => format!("PROVED: {}.", found.words([level, heading])),
+            (Some(found), [level, heading]) => format!("PROVED: {}.", found.claim([level, heading])),
             (_, [_, _]) => "Nothing is proved about the axes together in turns.".to_owned(),
             _ => "For more than two axes nothing is proved about turns, and no largest stable turn rate is computed."
                 .to_owned(),
         }
     }
 
-    fn words(&self, axes: Axes<'_>) -> String {
+    fn text(&self, axes: Axes<'_>) -> String {
         let mut out: String = self.notes().iter().map(|line| format!("{line}\n")).collect();
         out += &format!(
             "{}\n\n\
@@ -339,7 +339,7 @@ fn fly(axes: Axes<'_>, manoeuvre: &Manoeuvre, (current, sea): Around<'_>) -> Res
     let designs: Vec<_> = axes.all.iter().map(|(_, stored)| &stored.controller).collect();
     let varied =
         Variations { sea, disturbances: &[TemporaryDisturbance::steady(current)], ..Variations::default() };
-    Ok(fly_six_dof(&inputs.whole, &designs, inputs.design.level(), manoeuvre, &varied)?)
+    Ok(fly_six_dof(&inputs.six_dof, &designs, inputs.design.level(), manoeuvre, &varied)?)
 }
 
 fn at(axes: Axes<'_>, speed: f64, turn: f64, water: Around<'_>) -> Result<Turned, Error> {

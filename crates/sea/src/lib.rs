@@ -19,11 +19,11 @@
 //! Linear theory holds for waves of small slope and a fully submerged hull.
 //!
 //! ```
-//! use squid_sea::{Place, Spectrum, Waves};
+//! use squid_sea::{Position, Spectrum, Waves};
 //!
 //! let sea = Waves::new(&Spectrum::jonswap(1.0, 6.0, 3.3)?, std::f64::consts::PI, 100, 7)?;
-//! let place = Place { time: 12.0, north: 0.0, east: 0.0, depth: 5.0 };
-//! assert!(sea.motion(place).velocity.iter().all(|one| one.abs() < 1.0));
+//! let position = Position { time: 12.0, north: 0.0, east: 0.0, depth: 5.0 };
+//! assert!(sea.motion(position).velocity.iter().all(|one| one.abs() < 1.0));
 //! # Ok::<(), squid_sea::SeaError>(())
 //! ```
 
@@ -42,7 +42,7 @@ pub use sensor::{Sensor, SensorErrors};
 pub use shaping::ShapingFilter;
 pub use spectrum::Spectrum;
 pub use spheroid::{Axes, Spheroid};
-pub use waves::{Component, Place, WaterMotion, Waves, encounter_frequency};
+pub use waves::{Component, Position, WaterMotion, Waves, encounter_frequency};
 
 /// Acceleration of gravity \[m/s2\].
 pub const GRAVITY: f64 = 9.81;

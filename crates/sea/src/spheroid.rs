@@ -2,7 +2,7 @@
 
 use crate::GRAVITY;
 use crate::error::{SeaError, check};
-use crate::waves::{Orbits, Place, WaterMotion, Waves};
+use crate::waves::{Orbits, Position, WaterMotion, Waves};
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
@@ -80,7 +80,7 @@ impl Spheroid {
     }
 
     /// Returns the motion of the water at the centre, and the load \[X Y Z K M N\] about it \[N, N m\], in body axes.
-    pub fn in_waves(&self, waves: &Waves, centre: Place, axes: &Axes) -> (WaterMotion, Load) {
+    pub fn in_waves(&self, waves: &Waves, centre: Position, axes: &Axes) -> (WaterMotion, Load) {
         let unit = wave_vector(waves, axes);
         let square = unit[0] * unit[0] * self.focal_squared();
         let (mut orbits, mut force_sum, mut moment_sum) =
@@ -100,7 +100,7 @@ impl Spheroid {
     ///
     /// The derivative of E is `-i w E` in time and `i K E` in position. A rotation about an axis e changes the wave
     /// vector by `dK = K x e`, so that `df = c K1 dK1 g` and `dg = c K1 dK1 h`, with `c = a^2 - b^2` and `h = g'(s)/s`.
-    pub fn slopes_in_waves(&self, waves: &Waves, centre: Place, axes: &Axes) -> [Load; 7] {
+    pub fn slopes_in_waves(&self, waves: &Waves, centre: Position, axes: &Axes) -> [Load; 7] {
         let unit @ [k1, k2, k3] = wave_vector(waves, axes);
         let square = k1 * k1 * self.focal_squared();
         let mut sums = [Complex64::ZERO; 7];

@@ -25,7 +25,7 @@ const DEEPEST: f64 = 40.0;
 
 /// Position in the water and time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct Position {
     /// Time \[s\].
     pub time: f64,
     /// Position north \[m\].
@@ -118,8 +118,8 @@ impl Waves {
     }
 
     /// Returns the components that reach a position, each with its E.
-    pub(crate) fn at(&self, place: Place) -> impl Iterator<Item = (&Component, Complex64)> {
-        let Place { time, north, east, depth } = place;
+    pub(crate) fn at(&self, position: Position) -> impl Iterator<Item = (&Component, Complex64)> {
+        let Position { time, north, east, depth } = position;
         let along = north * self.direction[0] + east * self.direction[1];
         let reaching = self.components.iter().take_while(move |wave| wave.number * depth < DEEPEST);
         reaching.map(move |wave| {
@@ -130,14 +130,14 @@ impl Waves {
 
     /// Returns the elevation of the surface above the still water level at a position north and east, and a time \[m\].
     pub fn elevation(&self, time: f64, [north, east]: [f64; 2]) -> f64 {
-        self.at(Place { time, north, east, depth: 0.0 }).map(|(_, wave)| wave.re).sum()
+        self.at(Position { time, north, east, depth: 0.0 }).map(|(_, wave)| wave.re).sum()
     }
 
     /// Returns the orbital motion of the water at a position. Above the still water level, linear theory is
     /// extrapolated and gives too large a motion.
-    pub fn motion(&self, place: Place) -> WaterMotion {
+    pub fn motion(&self, position: Position) -> WaterMotion {
         let mut orbits = Orbits::default();
-        self.at(place).for_each(|(wave, value)| orbits.add(wave, value));
+        self.at(position).for_each(|(wave, value)| orbits.add(wave, value));
         orbits.motion(self)
     }
 }

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use allocation_counter::measure;
-use squid_sea::{GaussMarkov, Layers, Place, Sensor, SensorErrors, Spectrum, Spheroid, Wandering, Waves};
+use squid_sea::{GaussMarkov, Layers, Position, Sensor, SensorErrors, Spectrum, Spheroid, Wandering, Waves};
 
 #[test]
 fn evaluating_a_sea_allocates_nothing() {
@@ -17,11 +17,11 @@ fn evaluating_a_sea_allocates_nothing() {
     let mut sum = 0.0;
     let found = measure(|| {
         for i in 0..100 {
-            let place = Place { time: f64::from(i), north: 0.0, east: 2.0, depth: 3.0 };
+            let position = Position { time: f64::from(i), north: 0.0, east: 2.0, depth: 3.0 };
             process.advance(0.02);
-            sum += hull.in_waves(&waves, place, &axes).1[2] + waves.elevation(place.time, [1.0, 2.0]);
-            sum += hull.slopes_in_waves(&waves, place, &axes)[6][5];
-            sum += layers.at(place.depth).0 + process.value() + sensor.read(sum);
+            sum += hull.in_waves(&waves, position, &axes).1[2] + waves.elevation(position.time, [1.0, 2.0]);
+            sum += hull.slopes_in_waves(&waves, position, &axes)[6][5];
+            sum += layers.at(position.depth).0 + process.value() + sensor.read(sum);
         }
     });
     assert_eq!(found.count_total, 0);

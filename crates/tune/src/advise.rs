@@ -16,7 +16,7 @@ use squid_base::progress::Progress;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::verdict::Verdict;
-use squid_design::verdict::row::{Advice, Outcome, Row, Turn};
+use squid_design::verdict::row::{Advice, KeyChange, Outcome, Row};
 
 /// Factor on a key.
 const TURN: f64 = 1.1;
@@ -64,7 +64,7 @@ pub fn advise(
     let base = base?;
     let missed: Vec<usize> = verdict
         .missed()
-        .filter_map(|row| base.rows.iter().position(|other| other.what == row.what))
+        .filter_map(|row| base.rows.iter().position(|other| other.name == row.name))
         .collect();
     let mut all = vec![];
     for (knob, verdict) in knobs.into_iter().zip(raised) {
@@ -93,7 +93,7 @@ pub fn advise(
         }
     }
     for row in verdict.rows.iter_mut().filter(|row| row.outcome == Outcome::Missed) {
-        let index = base.rows.iter().position(|other| other.what == row.what);
+        let index = base.rows.iter().position(|other| other.name == row.name);
         row.advice = index.map(|index| advice(inputs, &base, index, best(index, &all).map(|i| &all[i])));
     }
     Ok(())
@@ -112,19 +112,19 @@ fn best(row: usize, all: &[Change]) -> Option<usize> {
 
 fn advice(inputs: &Inputs, base: &Verdict, index: usize, found: Option<&Change>) -> Advice {
     let Some((turned, verdict)) = found.and_then(|turned| Some((turned, turned.verdict.as_ref()?))) else {
-        return Advice { turn: None, words: "no weight improves it".into() };
+        return Advice { change: None, text: "no weight improves it".into() };
     };
     let key = turned.knob.name(&inputs.design);
     let verb = if turned.factor > 1.0 { "raise" } else { "lower" };
-    let after = |row: &Row| verdict.rows.iter().find(|other| other.what == row.what).map(Row::found);
+    let after = |row: &Row| verdict.rows.iter().find(|other| other.name == row.name).map(Row::found);
     let moves = |row: &Row| format!("{} -> {}", row.found(), after(row).unwrap_or_default());
-    let mut words =
+    let mut text =
         format!("{verb} {key} by {:.0} %: {}", 100.0 * (turned.factor - 1.0).abs(), moves(&base.rows[index]));
     let others = (0..base.rows.len()).filter(|i| *i != index && turned.changes[*i] < -NO_GAIN);
     if let Some(worst) = others.min_by(|a, b| turned.changes[*a].total_cmp(&turned.changes[*b])) {
-        words += &format!("; the largest cost is in {}, {}", base.rows[worst].what, moves(&base.rows[worst]));
+        text += &format!("; the largest cost is in {}, {}", base.rows[worst].name, moves(&base.rows[worst]));
     }
-    Advice { turn: Some(Turn { key, factor: turned.factor }), words }
+    Advice { change: Some(KeyChange { key, factor: turned.factor }), text }
 }
 
 /// Returns the increase of the margin of each row in another verdict; NaN if unknown.
@@ -134,7 +134,7 @@ fn changes(base: &Verdict, after: Option<&Verdict>) -> Vec<f64> {
 
 /// Returns the increase of the margin of a row in another verdict; `None` if unknown.
 fn change(row: &Row, after: &Verdict) -> Option<f64> {
-    let after = after.rows.iter().find(|other| other.what == row.what)?;
+    let after = after.rows.iter().find(|other| other.name == row.name)?;
     let base = row.achieved.value;
     // A value that was unknown before gains as much as its limit. Changes of small values without a limit are rounding.
     let gain =

@@ -85,7 +85,7 @@ pub(crate) fn finals(
 
 /// Returns the requirements that a finished design misses.
 fn misses(finished: &Finished) -> Vec<String> {
-    let row = |row: &Row| format!("{} is {}, required {}", row.what, row.found(), row.required());
+    let row = |row: &Row| format!("{} is {}, required {}", row.name, row.found(), row.required());
     let missed = finished.verdict.missed().map(row);
     missed.chain(finished.proof.is_err().then(|| "not proved".to_owned())).collect()
 }

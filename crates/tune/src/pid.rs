@@ -61,13 +61,13 @@ pub fn tune_pid(inputs: &Inputs, text: &str, degree: usize, progress: &Progress)
     let what = "gains of the PID at frozen speeds, then proved";
     let (found, seconds) = progress.timed("tune", what, || tuning.run(degree));
     let (gains, found) = found?;
-    let words = format!(
+    let line = format!(
         "gain {} at frozen speeds, {} for any trajectory of speed ({} s)",
         decimals(found.frozen_gain, 4),
         decimals(found.design.certified.gamma, 4),
         decimals(seconds, 0)
     );
-    progress.done("tune", &words);
+    progress.done("tune", &line);
     let what = "gains that meet [require], evaluated at a few speeds";
     let (met, more) =
         progress.timed("tune", what, || meeting(inputs, &text, &gains, &|with| tuning.bound(with), progress));

@@ -71,7 +71,7 @@ pub(crate) fn meeting(
             starts.par_iter().enumerate().map(|(order, start)| search.round(order, start, step)).collect();
         tried.extend(found.into_iter().flatten().map(|attempt| attempt.tried));
         best = least(&tried, merit).unwrap_or(best);
-        progress.done("tune", &format!("{} sets of gains: {}", tried.len(), search.words(&best)));
+        progress.done("tune", &format!("{} sets of gains: {}", tried.len(), search.text(&best)));
         if !search.mu && !search.with_mu(&best).meets_all() && best.meets_all() {
             // Mu takes longer than all other figures, so it is evaluated last.
             search.mu = true;
@@ -211,7 +211,7 @@ impl Search<'_> {
         })
     }
 
-    fn words(&self, best: &Candidate) -> String {
+    fn text(&self, best: &Candidate) -> String {
         let worst = self.keys.iter().zip(&best.margins).min_by(|a, b| a.1.total_cmp(b.1));
         let met = match worst {
             Some((key, margin)) if *margin < 0.0 => format!("misses {key} by {:.0} %", -100.0 * margin),

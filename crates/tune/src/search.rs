@@ -202,14 +202,14 @@ impl Search<'_> {
         shown.0 += 1;
         if merit(tried) < shown.1 && tried.cost < FAILED_COST {
             shown.1 = merit(tried);
-            let words = format!(
+            let text = format!(
                 "design {}: rise {:.2} s, disk margin {:.1} deg, {}",
                 shown.0,
                 tried.rise,
                 tried.disk,
                 self.missed(tried)
             );
-            self.progress.done("tune", &words);
+            self.progress.done("tune", &text);
         }
     }
 

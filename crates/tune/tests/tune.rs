@@ -8,7 +8,7 @@ use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, HalfRange};
 use squid_design::run::run_with;
-use squid_design::verdict::row::{Advice, Outcome, Turn};
+use squid_design::verdict::row::{Advice, KeyChange, Outcome};
 use squid_flight::flight::{Row, fly};
 use squid_scheduled::{Autopilot, ControllerDesign, Manoeuvre};
 use squid_tune::advise::advise;
@@ -50,17 +50,17 @@ fn follow_the_advice(inputs: &Inputs, kind: ControllerKind) {
     assert!(verdict.rows.iter().all(|row| row.advice.is_some() == (row.outcome == Outcome::Missed)));
     assert_eq!(verdict.advice().lines().count(), verdict.missed().count());
     let row = verdict.missed().find(|row| row.key == "mu").unwrap();
-    let Advice { turn, words } = row.advice.clone().unwrap();
-    let Turn { key, factor } = turn.unwrap();
+    let Advice { change, text } = row.advice.clone().unwrap();
+    let KeyChange { key, factor } = change.unwrap();
     let verb = if factor > 1.0 { "raise" } else { "lower" };
-    assert!(words.starts_with(&format!("{verb} {key}: ")), "{words}");
+    assert!(text.starts_with(&format!("{verb} {key}: ")), "{text}");
     let before_in_words = format!("{} -> ", before.found());
-    assert!(words.contains(&before_in_words), "the advice is for the {kind:?} controller: {words}");
+    assert!(text.contains(&before_in_words), "the advice is for the {kind:?} controller: {text}");
     let knob = Knob::all(&inputs.design).into_iter().find(|knob| knob.name(&inputs.design) == key).unwrap();
     let mut turned = inputs.clone();
     knob.turn(&mut turned.design, factor);
     let (_, after) = mu(&turned);
-    assert!(after.achieved.value < before.achieved.value, "{words}: {before:?} {after:?}");
+    assert!(after.achieved.value < before.achieved.value, "{text}: {before:?} {after:?}");
 }
 
 /// The first design file of each shipped vehicle can be read, has a range with trims, and has all tuning keys.

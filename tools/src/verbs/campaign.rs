@@ -256,7 +256,7 @@ fn statistics(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spre
     let mut out = format!(
         "{flights} flights of vehicles {what}{at_sea}{flown}{}; uncertain numbers: {}\n\n\
          outcome      flights     share   95 % interval\n",
-        plan.identity.starts.words(),
+        plan.identity.starts.text(),
         plan.uncertain.len()
     );
     for Share { outcome, flights, share, interval: [low, high] } in shares {

@@ -17,7 +17,7 @@ use squid_design::error::{Error as DesignError, StoreError};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::above;
 use squid_design::run::{Finished, run_with};
-use squid_design::store::place::{check_owner, is_source_outdated, outdated};
+use squid_design::store::owner::{check_owner, is_source_outdated, outdated};
 use squid_design::store::{self, Stored, source_directory};
 use squid_design::synthesise::ladder;
 use squid_design::synthesise::robust::stored::CERTIFICATE;
@@ -151,7 +151,7 @@ fn report_axis(
     if let Some(robust_design) = &finished.robust {
         say(&format!(
             "\n{}PROVED in exact arithmetic: {}",
-            robust_design.figures.words(),
+            robust_design.figures.text(),
             directory.join(CERTIFICATE).display()
         ));
     }
@@ -208,7 +208,7 @@ fn figures(directory: &Path) -> Result<Value, Error> {
 
 /// Returns a missed requirement as text.
 pub(crate) fn missed(row: &Row) -> String {
-    format!("MISSED: {} is {}; 'require.{}' is {}", row.what, row.found(), row.key, row.required())
+    format!("MISSED: {} is {}; 'require.{}' is {}", row.name, row.found(), row.key, row.required())
 }
 
 /// Designs a controller and writes it; if it misses a requirement, searches for the key to change.

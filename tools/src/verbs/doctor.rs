@@ -70,11 +70,11 @@ pub fn run() -> Result<(), Error> {
     let (mut missing, mut rows) = (Vec::new(), Vec::new());
     for tool in &TOOLS {
         let found = tool.names.iter().find_map(|name| version(name, tool.version));
-        let (mark, words) = match &found {
+        let (mark, text) = match &found {
             Some(version) => ("found", version.clone()),
             None => ("MISSING", tool.remedy.to_owned()),
         };
-        say(&format!("{mark:<8} {:<12} {words}  ({})", tool.names[0], tool.needed_for));
+        say(&format!("{mark:<8} {:<12} {text}  ({})", tool.names[0], tool.needed_for));
         rows.push(json!({
             "name": tool.names[0], "found": found, "needed_for": tool.needed_for, "remedy": tool.remedy,
         }));

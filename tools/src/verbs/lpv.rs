@@ -191,7 +191,7 @@ fn print_bounds<Report: Serialize>(
 
 fn mu(problem: &Path) -> Result<ExitCode, Error> {
     let outcome = Source::read(problem).and_then(|source| mu::run(&source));
-    print_bounds(outcome, mu::Report::words, mu::Report::refused)?;
+    print_bounds(outcome, mu::Report::text, mu::Report::refused)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -201,7 +201,7 @@ fn gain(problem: &Path, out: Option<&Path>) -> Result<ExitCode, Error> {
     if let Some(directory) = out {
         report.save(directory)?;
     }
-    say(&report.words());
+    say(&report.text());
     answer(&report)?;
     Ok(ExitCode::from(if report.theorem.is_some() { 0 } else { NOT_FOUND }))
 }
@@ -211,7 +211,7 @@ const NOT_FOUND: u8 = 3;
 
 fn sampled(problem: &Path) -> Result<ExitCode, Error> {
     let outcome = Source::read(problem).and_then(|source| sampled::run(&source));
-    let report = print_bounds(outcome, sampled::Report::words, sampled::Report::refused)?;
+    let report = print_bounds(outcome, sampled::Report::text, sampled::Report::refused)?;
     Ok(ExitCode::from(if report.upper.is_some() { 0 } else { UNSTABLE }))
 }
 
@@ -244,7 +244,7 @@ fn synth(synth: &Synth) -> Result<ExitCode, Error> {
     if let Some(directory) = &synth.out {
         report.save(directory)?;
     }
-    say(report.words().trim_end());
+    say(report.text().trim_end());
     answer(&report)?;
     Ok(ExitCode::from(report.exit_code()))
 }

@@ -62,7 +62,7 @@ pub fn run(which: &Which, options: Packing) -> Result<(), Error> {
     } else {
         None
     };
-    let coupling_claim = coupling.as_ref().map(|[first, _]| first.words.clone());
+    let coupling_claim = coupling.as_ref().map(|[first, _]| first.claim.clone());
     for ((_, stored, _), own) in proved.iter_mut().zip(coupling.into_iter().flatten()) {
         stored.coupling = Some(own);
     }

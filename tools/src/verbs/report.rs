@@ -70,10 +70,10 @@ pub fn run(which: &Which, paper: bool, sea: Option<&Path>, beside: &[String]) ->
     let rest: Vec<_> =
         rest.map(|((inputs, _), stored)| (&inputs.design.name, &inputs.hashes, stored)).collect();
     let found = rendered(first, &stored[0], &directory, &(paper, &sea, rest), make, &progress)?;
-    say(&format!("\n{}", found.words));
+    say(&format!("\n{}", found.summary));
     let page = found.save(first, &directory)?;
     say_path(&page);
-    Ok(answer(&json!({ "report": page, "verdict": found.words }))?)
+    Ok(answer(&json!({ "report": page, "verdict": found.summary }))?)
 }
 
 /// Reads the files of other designs of the vehicle, each with its directory: the default one, or one below `--out`.

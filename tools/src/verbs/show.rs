@@ -80,7 +80,7 @@ fn show_axis(
         shown.insert("at_speed".into(), linearise::to_json(&inputs.vehicle, &found));
         let (depth, pitch) = inputs.design.level();
         if is_first {
-            show_lateral(&inputs.whole, v, depth, pitch, &mut shown);
+            show_lateral(&inputs.six_dof, v, depth, pitch, &mut shown);
         }
     }
     if options.fit || all {

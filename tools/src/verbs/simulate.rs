@@ -93,7 +93,7 @@ fn simulate_axis(
         let flown = at_sea::run(inputs, stored, sea, directory)?;
         drop(running);
         flown.findings.iter().for_each(warn);
-        say(flown.words.trim_end());
+        say(flown.summary.trim_end());
         let [at_sea, still] = [flown.at_sea, flown.still].map(|figures| errors(inputs, &figures));
         let surfacing = flown.surfacing;
         return Ok(
@@ -103,7 +103,7 @@ fn simulate_axis(
     let flown = simulate::run(inputs, stored, directory)?;
     drop(running);
     flown.findings.iter().for_each(warn);
-    say(flown.words.trim_end());
+    say(flown.summary.trim_end());
     let steps: Vec<Value> = flown.steps.iter().map(step).collect();
     Ok(json!({ "directory": directory, "steps": steps }))
 }

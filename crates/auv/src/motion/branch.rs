@@ -11,9 +11,9 @@ use crate::motion::level::{Pitch, Speed};
 use crate::motion::linearise::linearise;
 use crate::motion::trim::{Trim, trim_with};
 use crate::motion::trim_error::TrimError;
+use crate::text::readable;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
-use crate::words::readable;
 
 /// Small step of the pitch \[rad\] or of an output in units of its reach: 0.6 deg, or 1 %.
 const SMALL: f64 = 0.01;

@@ -3,10 +3,10 @@
 use thiserror::Error;
 
 use crate::motion::trim::Trim;
+use crate::text::nearest;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Effect;
 use crate::vehicle::coefficients::COEFFICIENTS;
-use crate::words::nearest;
 
 /// Parameter of the linear motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

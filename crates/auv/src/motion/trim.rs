@@ -9,9 +9,9 @@ use crate::motion::balance::{Attempt, Balance};
 use crate::motion::dynamics::{Dynamics, Motion};
 use crate::motion::level::{Pitch, Speed};
 use crate::motion::trim_error::TrimError;
+use crate::text::readable;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
-use crate::words::readable;
 
 /// Steady motion and the actuator outputs that balance it: level, except for a [`climb`].
 #[derive(Clone, Debug, PartialEq)]

@@ -2,8 +2,8 @@
 
 use thiserror::Error;
 
+use crate::text::Rounded;
 use crate::vehicle::coefficients::CoefficientError;
-use crate::words::Rounded;
 
 /// Reason why there is no trim.
 #[derive(Clone, Debug, Error, PartialEq)]

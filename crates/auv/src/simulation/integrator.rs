@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use crate::motion::dynamics::Motion;
 use crate::simulation::integrator::runge_kutta::{Step, step};
-use crate::words::Rounded;
+use crate::text::Rounded;
 
 /// Relative tolerance of the estimated error of a step; the error of the state is far smaller, and the motion is
 /// damped.

@@ -1,6 +1,6 @@
 //! Water around one vehicle: waves at its hull, and a current in layers.
 
-use squid_sea::{Axes, GRAVITY, Layers, Place, SeaError, Spheroid, Waves};
+use squid_sea::{Axes, GRAVITY, Layers, Position, SeaError, Spheroid, Waves};
 use std::f64::consts::PI;
 
 use crate::simulation::load::{Load, sum};
@@ -59,7 +59,7 @@ impl Surroundings {
     /// depth of the vehicle.
     pub fn clearance(&self, time: f64, pose: &Pose) -> f64 {
         let Some((waves, hull)) = &self.waves else { return pose.depth };
-        let Place { north, east, depth, .. } = self.centre_at(time, pose, &pose.axes());
+        let Position { north, east, depth, .. } = self.centre_at(time, pose, &pose.axes());
         let (sin, cos) = pose.heading.sin_cos();
         let below = |station: f64| {
             let [along, top] = hull.top(station, pose.pitch);
@@ -69,10 +69,10 @@ impl Surroundings {
     }
 
     /// Returns the position of the centre of buoyancy.
-    fn centre_at(&self, time: f64, pose: &Pose, [ahead, _, below]: &Axes) -> Place {
+    fn centre_at(&self, time: f64, pose: &Pose, [ahead, _, below]: &Axes) -> Position {
         let [along, down] = self.centre;
         let at = |i: usize, origin: f64| origin + along * ahead[i] + down * below[i];
-        Place { time, north: at(0, pose.north), east: at(1, pose.east), depth: at(2, pose.depth) }
+        Position { time, north: at(0, pose.north), east: at(1, pose.east), depth: at(2, pose.depth) }
     }
 
     /// Transfers a load from the centre of buoyancy to the origin.
@@ -120,7 +120,7 @@ impl Water for Surroundings {
 
 /// Returns the displacement of the centre of buoyancy per rotation of the body about each of its axes at a fixed
 /// origin: north, east and down \[m/rad\].
-fn displacements(pose: &Pose, centre: Place, axes: &Axes) -> Axes {
+fn displacements(pose: &Pose, centre: Position, axes: &Axes) -> Axes {
     let [x, y, z] = [centre.north - pose.north, centre.east - pose.east, centre.depth - pose.depth];
     axes.map(|[a, b, c]| [b * z - c * y, c * x - a * z, a * y - b * x])
 }

@@ -6,8 +6,8 @@ use serde::{Serialize, Serializer};
 use thiserror::Error;
 
 use crate::motion::parameter::UnknownParameter;
+use crate::text::rounded;
 use crate::vehicle::coefficients::CoefficientError;
-use crate::words::rounded;
 
 /// Mistakes in a file, in its order, each on a line `FILE:LINE: the value and what is allowed`.
 #[derive(Debug, Serialize)]

@@ -10,10 +10,10 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use thiserror::Error;
 
 use crate::scalar::Scalar;
+use crate::text::Rounded;
 use crate::vehicle::allowed::Allowed;
 use crate::vehicle::hull::Hull;
 use crate::vehicle::surge::Surge;
-use crate::words::Rounded;
 
 use DefaultValue::{Axisymmetric, Number, Required};
 

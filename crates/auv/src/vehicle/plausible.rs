@@ -5,9 +5,9 @@
 mod lift;
 mod size;
 
+use crate::text::rounded;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::{Actuator, Effect};
-use crate::words::rounded;
 use squid_finding::Finding;
 use std::f64::consts::PI;
 

@@ -31,7 +31,7 @@ pub fn narrower(axes: &[&Inputs]) -> Option<String> {
 /// Returns the vehicle of plant and loop: restricted to the vertical plane unless an axis steers it out of that plane.
 pub fn vehicle<'a>(axes: &[&'a Inputs]) -> Option<&'a Vehicle> {
     let first = axes.first()?;
-    Some(if axes.iter().any(|one| one.design.view().is_level_held) { &first.whole } else { &first.plane })
+    Some(if axes.iter().any(|one| one.design.view().is_level_held) { &first.six_dof } else { &first.plane })
 }
 
 /// Returns the default manoeuvre: that of the first axis, with the steps of all axes.

@@ -22,7 +22,7 @@ pub enum InputError {
     #[strum(transparent)]
     Unreadable(#[from] squid_base::files::Error),
     /// A bandwidth on the command line is out of range.
-    #[error("--bandwidth is {}; it must be {}", squid_auv::number(*found), crate::inputs::design_file::BANDWIDTH.words)]
+    #[error("--bandwidth is {}; it must be {}", squid_auv::number(*found), crate::inputs::design_file::BANDWIDTH.text)]
     Bandwidth { found: f64 },
     /// A design cannot be judged with the weights of another.
     #[error("{design} cannot be evaluated with the weights of {weights}: {why}")]

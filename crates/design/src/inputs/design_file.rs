@@ -36,7 +36,7 @@ pub struct Range {
     least: f64,
     most: f64,
     /// Text of the allowed range.
-    pub words: &'static str,
+    pub text: &'static str,
 }
 
 impl Range {
@@ -47,67 +47,63 @@ impl Range {
 }
 
 /// Bandwidths w_b of W_e.
-pub const BANDWIDTH: Range = Range { least: 1e-6, most: 1e6, words: "from 1e-6 to 1e6 (rad/s)" };
+pub const BANDWIDTH: Range = Range { least: 1e-6, most: 1e6, text: "from 1e-6 to 1e6 (rad/s)" };
 
 /// Peaks M_s of W_e. The high-frequency gain 1/M_s grows as the peak approaches 0, where the weight is improper.
 const PEAK: Range = Range {
     least: 1.0 + f64::EPSILON,
     most: 100.0,
-    words: "above 1, at most 100 (1/peak is the gain of W_e at high frequency; with 0 W_e would be improper)",
+    text: "above 1, at most 100 (1/peak is the gain of W_e at high frequency; with 0 W_e would be improper)",
 };
 
 /// Scales of references, which are divisors.
-const SCALE: Range = Range { least: 1e-6, most: 1e6, words: "from 1e-6 to 1e6" };
+const SCALE: Range = Range { least: 1e-6, most: 1e6, text: "from 1e-6 to 1e6" };
 
 /// Weights W_u on the commands.
 const CONTROL_WEIGHT: Range = Range {
     least: 1e-6,
     most: 1e6,
-    words: "from 1e-6 to 1e6 (without a weight on the actuators the gains grow without limit)",
+    text: "from 1e-6 to 1e6 (without a weight on the actuators the gains grow without limit)",
 };
 
 /// Disturbances at the actuators: no controller could reject ten times their limits.
 const DISTURBANCE: Range = Range {
     least: 0.0,
     most: 10.0,
-    words: "from 0 to 10 (1 is the larger of |min| and |max| of each actuator)",
+    text: "from 0 to 10 (1 is the larger of |min| and |max| of each actuator)",
 };
 
 /// High-frequency gains, relative to those at frequency 0.
-const RISE: Range =
-    Range { least: 1.0, most: 1e6, words: "from 1 (no smaller than at low frequency) to 1e6" };
+const RISE: Range = Range { least: 1.0, most: 1e6, text: "from 1 (no smaller than at low frequency) to 1e6" };
 
 /// Emphasis of slow references.
 const FOLLOW: Range =
-    Range { least: 1.0, most: 1e4, words: "from 1 (equal to that of fast references) to 1e4" };
+    Range { least: 1.0, most: 1e4, text: "from 1 (equal to that of fast references) to 1e4" };
 
 /// Factors on the wave amplitude.
-const WAVE_WEIGHT: Range = Range { least: 1e-3, most: 1e3, words: "from 0.001 to 1000" };
+const WAVE_WEIGHT: Range = Range { least: 1e-3, most: 1e3, text: "from 0.001 to 1000" };
 
 /// Relative rise of gamma for fewer controller states and channels.
-const REDUCE: Range = Range {
-    least: 0.0,
-    most: 0.5,
-    words: "from 0 to 0.5, a relative increase of gamma (0 keeps all states)",
-};
+const REDUCE: Range =
+    Range { least: 0.0, most: 0.5, text: "from 0 to 0.5, a relative increase of gamma (0 keeps all states)" };
 /// Default of `reduce`.
 const DEFAULT_REDUCE: f64 = 0.03;
 
 /// Bounds on the rate of the speed.
-pub const RATE: Range = Range { least: 1e-6, most: 1e3, words: "from 1e-6 to 1e3 (m/s^2)" };
+pub const RATE: Range = Range { least: 1e-6, most: 1e3, text: "from 1e-6 to 1e3 (m/s^2)" };
 
 /// Corners of weights and frequencies of reference models.
-const FREQUENCY: Range = Range { least: 1e-4, most: 1e4, words: "from 1e-4 to 1e4 (rad/s)" };
+const FREQUENCY: Range = Range { least: 1e-4, most: 1e4, text: "from 1e-4 to 1e4 (rad/s)" };
 
 /// Damping ratios of reference models.
-const DAMPING: Range = Range { least: 0.3, most: 3.0, words: "from 0.3 to 3" };
+const DAMPING: Range = Range { least: 0.3, most: 3.0, text: "from 0.3 to 3" };
 
 /// Sample times.
-pub(crate) const SAMPLE_TIME: Range = Range { least: 1e-4, most: 1.0, words: "from 0.0001 to 1 (s)" };
+pub(crate) const SAMPLE_TIME: Range = Range { least: 1e-4, most: 1.0, text: "from 0.0001 to 1 (s)" };
 
 /// Noise levels.
 const NOISE: Range =
-    Range { least: 1e-9, most: 1e6, words: "from 1e-9 to 1e6 (without noise the gains grow without limit)" };
+    Range { least: 1e-9, most: 1e6, text: "from 1e-9 to 1e6 (without noise the gains grow without limit)" };
 
 /// Tracked output with its weight.
 #[derive(Debug, Clone, PartialEq)]

@@ -11,7 +11,7 @@ impl Inputs {
     /// Returns findings on improbable numbers in both files, after those of [`squid_auv::Vehicle::findings`].
     pub fn findings(&self) -> Vec<Finding> {
         let (file, depth) = (&self.design.file, self.design.depth);
-        let mut all = self.whole.findings();
+        let mut all = self.six_dof.findings();
         let pitch = self.design.tracked.iter().filter(|t| t.signal.name == "pitch");
         let scales = pitch.map(|t| t.scale.to_degrees()).filter(|scale| *scale > PITCH_SCALE * (1.0 + 1e-9));
         all.extend(scales.map(|scale| findings::large_pitch_scale(file, scale, PITCH_SCALE)));

@@ -72,7 +72,7 @@ pub fn envelope(
 }
 
 /// Describes the limits of the references of a frozen controller at its slowest, middle and fastest speed.
-pub fn words(controller: &ControllerDesign) -> String {
+pub fn summary(controller: &ControllerDesign) -> String {
     let speeds = &controller.trim.speed;
     let rows = [0, speeds.len() / 2, speeds.len() - 1];
     let of = |signal: &String, what: &str, unit: &str, [least, most]: &[OverSpeed; 2]| {

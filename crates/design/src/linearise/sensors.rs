@@ -112,7 +112,7 @@ pub fn sensors(
 }
 
 /// Describes when a sensor counts as lost, and the actuator outputs after the loss of an indispensable one.
-pub fn words(controller: &ControllerDesign) -> Option<String> {
+pub fn summary(controller: &ControllerDesign) -> Option<String> {
     let failsafe = controller.failsafe.as_ref()?;
     let degrees = |unit: &str| if unit == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, "N") };
     let each = controller.actuators.iter().zip(&failsafe.safe).map(|(one, safe)| {

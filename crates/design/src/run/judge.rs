@@ -54,8 +54,8 @@ impl Judge<'_> {
         let (vehicle, file) = (&inputs.axis(), &inputs.design);
         let synthesised = Synthesised { model: model.clone(), plant: plant.clone(), design };
         let axis = proved(vehicle, file, &inputs.hashes, synthesised, progress)?;
-        progress.done("envelope", &envelope::words(&axis.controller));
-        sensors::words(&axis.controller).iter().for_each(|text| progress.done("failsafe", text));
+        progress.done("envelope", &envelope::summary(&axis.controller));
+        sensors::summary(&axis.controller).iter().for_each(|text| progress.done("failsafe", text));
         envelope::too_narrow(&axis.controller, &file.manoeuvre).iter().for_each(|found| progress.warn(found));
         let judge = || Verdict::of(inputs, &axis.controller, Effort::FULL);
         let verdict = progress.timed("verdict", "simulations, sampled loops and mu", judge).0?;

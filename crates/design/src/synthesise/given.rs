@@ -81,7 +81,7 @@ pub fn given(
     progress: &Progress,
 ) -> Result<Design, Error> {
     let structure = structure(actuators, file, pid)?;
-    progress.done("controller", &words(actuators, pid, &structure));
+    progress.done("controller", &summary(actuators, pid, &structure));
     for misfit in &structure.misfits {
         progress.warn(&gain_fit(&misfit.key, misfit.relative, misfit.speed));
     }
@@ -137,8 +137,8 @@ pub fn growth(
         .fold((f64::NEG_INFINITY, f64::NAN), |most, one| if one.0 > most.0 { one } else { most }))
 }
 
-/// The controller in words: where it is from, its size, and what its commands move.
-fn words(actuators: &[Actuator], pid: &Pid, structure: &Structure) -> String {
+/// Describes the controller: its origin, its size, and the effect of its commands.
+fn summary(actuators: &[Actuator], pid: &Pid, structure: &Structure) -> String {
     let command = |(axis, allocation): (usize, &squid_pid::Allocation)| {
         let unit = if allocation.drive == Drive::Deflection { "rad" } else { "N" };
         let moved = actuators.iter().zip(&allocation.outputs).filter(|(_, output)| **output != 0.0);

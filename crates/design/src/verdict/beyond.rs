@@ -34,19 +34,19 @@ pub struct Beyond {
     /// Speed along the path, m/s.
     pub speed: f64,
     /// Requested pitch, rad.
-    pub asked: f64,
+    pub requested: f64,
     /// End of the envelope, rad.
     pub end: f64,
     /// Distance of pitch from the end of the envelope at the end of the step, relative to the distance of that end from
     /// level flight.
-    pub off: f64,
+    pub pitch_error: f64,
     /// Error of the speed at that time, relative to the forward speed of the trim, or half the range of speed if that
     /// is larger.
     pub speed_error: f64,
     /// Largest loss of speed at any time, on the same scale.
     pub lost_speed: f64,
     /// Largest error of pitch from some seconds after the end of the step on, relative to the same distance.
-    pub left: f64,
+    pub remaining_error: f64,
 }
 
 /// Time from the end of a step to the assessment of the remaining error, s.
@@ -80,8 +80,8 @@ impl Beyond {
         }
         all.into_par_iter()
             .map(|(speed, forward, level, end)| {
-                let asked = level + (FACTOR * (end - level)).clamp(-STEEPEST, STEEPEST);
-                Self::flown(inputs, controller, (speed, forward), (level, end, asked))
+                let requested = level + (FACTOR * (end - level)).clamp(-STEEPEST, STEEPEST);
+                Self::flown(inputs, controller, (speed, forward), (level, end, requested))
             })
             .collect()
     }
@@ -90,7 +90,7 @@ impl Beyond {
         inputs: &Inputs,
         controller: &ControllerDesign,
         (speed, forward): (f64, f64),
-        (level, end, asked): (f64, f64, f64),
+        (level, end, requested): (f64, f64, f64),
     ) -> Result<Self, Error> {
         let (_, half_range) = inputs.design.scheduling();
         let after = after(inputs);
@@ -104,16 +104,16 @@ impl Beyond {
             duration: STEP_TIME + HELD + after + WATCHED,
             ..inputs.design.manoeuvre.without_steps()
         };
-        let manoeuvre = still.with_step(SIGNALS[PITCH].name, asked - level);
+        let manoeuvre = still.with_step(SIGNALS[PITCH].name, requested - level);
         let scale = (end - level).abs();
         let lost = Self {
             speed,
-            asked,
+            requested,
             end,
-            off: f64::INFINITY,
+            pitch_error: f64::INFINITY,
             speed_error: f64::INFINITY,
             lost_speed: f64::INFINITY,
-            left: f64::INFINITY,
+            remaining_error: f64::INFINITY,
         };
         // The depth is such that no climb reaches the surface.
         let depth = inputs.design.depth + 2.0 * speed.abs() * manoeuvre.duration;
@@ -123,11 +123,17 @@ impl Beyond {
         // Half the range of speed is the scale near rest.
         let size = forward.abs().max(half_range);
         let slower = |row: &Row| (forward - row.measured(SPEED)) * forward.signum() / size;
-        let off = held.map_or(f64::INFINITY, |row| (row.measured(PITCH) - end).abs() / scale);
+        let pitch_error = held.map_or(f64::INFINITY, |row| (row.measured(PITCH) - end).abs() / scale);
         let speed_error = held.map_or(f64::INFINITY, |row| slower(row).abs());
         let lost_speed = rows.iter().map(slower).fold(0.0, f64::max);
         let late = rows.iter().filter(|row| row.time >= STEP_TIME + HELD + after);
-        let left = late.map(|row| row.error(PITCH).abs() / scale);
-        Ok(Self { off, speed_error, lost_speed, left: left.fold(0.0, f64::max), ..lost })
+        let remaining_error = late.map(|row| row.error(PITCH).abs() / scale);
+        Ok(Self {
+            pitch_error,
+            speed_error,
+            lost_speed,
+            remaining_error: remaining_error.fold(0.0, f64::max),
+            ..lost
+        })
     }
 }

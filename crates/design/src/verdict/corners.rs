@@ -31,7 +31,7 @@ pub struct Corners {
     /// Largest excursion beyond the reference, relative to the step; infinite if a flight was lost, or none flown.
     pub overshoot: f64,
     /// Largest error at the end, relative to the step; infinite if a flight was lost, or none flown.
-    pub left: f64,
+    pub remaining_error: f64,
 }
 
 impl Corners {
@@ -53,8 +53,14 @@ impl Corners {
             return Ok(None);
         };
         let uncertain = blocks(inputs, &inputs.axis().at(speed)?.trim, &[])?;
-        let mut worst =
-            Self { output: output.signal.name, speed, flown: 0, untrimmed: 0, overshoot: 0.0, left: 0.0 };
+        let mut worst = Self {
+            output: output.signal.name,
+            speed,
+            flown: 0,
+            untrimmed: 0,
+            overshoot: 0.0,
+            remaining_error: 0.0,
+        };
         for corner in corners(&uncertain) {
             let vehicle = perturbed(&inputs.vehicle, &uncertain, &corner);
             let gains = gains(vehicle.actuators.len(), &uncertain, &corner);
@@ -70,10 +76,10 @@ impl Corners {
             worst.flown += 1;
             let lost = |one: f64| if one.is_nan() { f64::INFINITY } else { one };
             worst.overshoot = worst.overshoot.max(lost(step.overshoot));
-            worst.left = worst.left.max(lost(step.steady_error));
+            worst.remaining_error = worst.remaining_error.max(lost(step.steady_error));
         }
         if worst.flown == 0 {
-            (worst.overshoot, worst.left) = (f64::INFINITY, f64::INFINITY);
+            (worst.overshoot, worst.remaining_error) = (f64::INFINITY, f64::INFINITY);
         }
         Ok(Some(worst))
     }

@@ -56,7 +56,7 @@ pub struct Held {
     pub lost_speed: f64,
     /// Largest error of the output after the return, less the error before the load, relative to the step of the
     /// default flight.
-    pub left: f64,
+    pub remaining_error: f64,
 }
 
 impl Held {
@@ -92,7 +92,7 @@ impl Held {
             speed,
             load: load[axis],
             lost_speed: f64::INFINITY,
-            left: f64::INFINITY,
+            remaining_error: f64::INFINITY,
         };
         let reference_return = ReferenceReturn::of(controller, output, trims, trims.forward_speed(speed));
         let duration = STEP_TIME + HELD + RISE + AFTER + reference_return.longest() + WATCHED;
@@ -115,10 +115,10 @@ impl Held {
             (reference - row.measured(SPEED)) * reference.signum() / reference.abs().max(half_range)
         };
         let step = Some(inputs.design.manoeuvre.step(output.signal.name).abs()).filter(|step| *step > 0.0);
-        let left = late().map(|row| (error(row) - error(before)).abs()).fold(0.0, f64::max);
+        let remaining_error = late().map(|row| (error(row) - error(before)).abs()).fold(0.0, f64::max);
         Ok(Some(Self {
             lost_speed: rows.iter().filter(|row| row.time < STEP_TIME + HELD).map(slower).fold(0.0, f64::max),
-            left: left / step.unwrap_or(output.scale),
+            remaining_error: remaining_error / step.unwrap_or(output.scale),
             ..lost
         }))
     }

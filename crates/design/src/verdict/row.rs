@@ -68,7 +68,7 @@ impl Figure {
     }
 
     /// Describes the condition at which the figure was found, with the remark.
-    pub fn place(&self) -> String {
+    pub fn condition(&self) -> String {
         let mut parts = vec![];
         parts.extend(self.speed.map(|speed| format!("{speed:.2} m/s")));
         parts.extend(self.frequency.map(|omega| format!("{omega:.3} rad/s")));
@@ -82,8 +82,9 @@ impl Figure {
 pub struct Row {
     /// Key of the limit in `[require]`.
     pub key: &'static str,
-    /// Text of the assessed figure.
-    pub what: String,
+    /// Name of the assessed figure.
+    #[serde(rename = "what")]
+    pub name: String,
     /// Unit of limit and figure.
     pub unit: &'static str,
     /// Required side of the limit.
@@ -104,8 +105,9 @@ pub struct Row {
 pub struct StoredRow {
     /// Key of the limit in `[require]`.
     pub key: String,
-    /// Text of the assessed figure.
-    pub what: String,
+    /// Name of the assessed figure.
+    #[serde(rename = "what")]
+    pub name: String,
     /// Worst figure found.
     pub achieved: Figure,
     /// Outcome: met, missed or only reported.
@@ -118,14 +120,14 @@ pub struct StoredRow {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Advice {
     /// Change of a key; `None` if no key improves the row.
-    pub turn: Option<Turn>,
+    pub change: Option<KeyChange>,
     /// Text of the advice, with its benefit and its cost.
-    pub words: String,
+    pub text: String,
 }
 
 /// Change of one key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Turn {
+pub struct KeyChange {
     /// Name of the key, with the signal of its table.
     pub key: String,
     /// Factor on its number.
@@ -204,7 +206,7 @@ mod tests {
         let achieved = Figure::new(f64::INFINITY);
         let row = Row {
             key: "pitch_settling",
-            what: "pitch: settled within 2 %".into(),
+            name: "pitch: settled within 2 %".into(),
             unit: "s",
             sense: Sense::Below,
             limit: Some(10.0),

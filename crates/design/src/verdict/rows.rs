@@ -25,7 +25,7 @@ pub(super) fn rows(inputs: &Inputs, gamma: f64, found: &Found, stored: &[StoredR
         let mut assessed = figures_of(requirement.key, inputs, gamma, found);
         if assessed.iter().all(|(_, figures)| figures.is_empty()) {
             let of_this = stored.iter().filter(|row| row.key == requirement.key);
-            assessed = of_this.map(|row| (row.what.clone(), vec![row.achieved.clone()])).collect();
+            assessed = of_this.map(|row| (row.name.clone(), vec![row.achieved.clone()])).collect();
         }
         let worst = |(what, figures): (String, Vec<Figure>)| {
             Some(row(requirement, &inputs.design.require, what, Figure::worst(requirement.sense, figures)?))
@@ -35,7 +35,7 @@ pub(super) fn rows(inputs: &Inputs, gamma: f64, found: &Found, stored: &[StoredR
     REQUIREMENTS.iter().flat_map(row).collect()
 }
 
-fn row(requirement: &Requirement, require: &Require, what: String, achieved: Figure) -> Row {
+fn row(requirement: &Requirement, require: &Require, name: String, achieved: Figure) -> Row {
     let Requirement { key, unit, sense, .. } = *requirement;
     let limit = require.limit(key);
     let outcome = match (limit, sense) {
@@ -44,7 +44,7 @@ fn row(requirement: &Requirement, require: &Require, what: String, achieved: Fig
         (Some(limit), Sense::Above) if achieved.value > limit => Outcome::Met,
         _ => Outcome::Missed,
     };
-    Row { key, what, unit, sense, limit, achieved, outcome, advice: None }
+    Row { key, name, unit, sense, limit, achieved, outcome, advice: None }
 }
 
 /// Figures for a requirement by description; the worst of each determines the row.
@@ -79,16 +79,16 @@ fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(Str
         "beyond_speed" => beyond(found, "largest loss of speed", |b| b.lost_speed),
         "beyond_recovery" => {
             let what = format!("pitch error after {:.0} s", after(inputs));
-            beyond(found, &what, |b| b.left)
+            beyond(found, &what, |b| b.remaining_error)
         }
         "held_speed" if inputs.design.tracked_speed().is_none() => vec![],
         "held_speed" => held(found, "largest loss of speed", |one| one.lost_speed),
         "held_recovery" => {
             let output = found.held.first().map_or("", |one| one.output);
-            held(found, &format!("{output} error after {AFTER:.0} s"), |one| one.left)
+            held(found, &format!("{output} error after {AFTER:.0} s"), |one| one.remaining_error)
         }
         "corner_overshoot" => corners(found, "overshoot", |one| one.overshoot),
-        "corner_error" => corners(found, "error after one minute", |one| one.left),
+        "corner_error" => corners(found, "error after one minute", |one| one.remaining_error),
         "noise" => noise(inputs, found),
         "controller_mode" => one("fastest controller mode over sampling rate", modes(inputs, found)),
         _ => vec![],
@@ -232,7 +232,7 @@ fn beyond(found: &Found, what: &str, of: impl Fn(&Beyond) -> f64) -> Vec<(String
     let figure = |flown: &Beyond| {
         let remark = format!(
             "{:.0} deg requested, limited to {:.1} deg",
-            flown.asked.to_degrees(),
+            flown.requested.to_degrees(),
             flown.end.to_degrees()
         );
         Figure::at(PER_CENT * of(flown), flown.speed).with_remark(remark)

@@ -9,7 +9,7 @@ use squid_base::progress::Progress;
 use squid_design::augment::augment;
 use squid_design::certify::lft_matrices;
 use squid_design::check::coupled::frozen::largest_real_part;
-use squid_design::check::coupled::gain::{coupling, share_of, words};
+use squid_design::check::coupled::gain::{claim, coupling, share_of};
 use squid_design::check::coupled::turn::Turning;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
@@ -51,7 +51,7 @@ fn heading_of_an_unstable_hull_is_proved() {
     assert!(finished.sampled.as_ref().unwrap().theorem.gamma.unwrap() < 0.30);
     // Requirements: margins of 45 deg and 0.14 s, and mu below 1, here with room.
     let verdict = &finished.verdict;
-    assert_eq!(verdict.missed().map(|row| row.what.clone()).collect::<Vec<_>>(), [""; 0], "{verdict}");
+    assert_eq!(verdict.missed().map(|row| row.name.clone()).collect::<Vec<_>>(), [""; 0], "{verdict}");
     assert_eq!(verdict.found.mu.len(), 6);
     assert!(verdict.found.mu.iter().all(|mu| mu.upper < 0.75), "{:?}", verdict.found.mu);
     assert!(verdict.found.steps.iter().all(|step| step.output == "heading" && step.settling_time < 12.0));
@@ -74,7 +74,7 @@ fn turn_rate_is_within_rudder_limits() {
     let OverSpeed::Table(rates) = starboard else { panic!() };
     let OverSpeed::Table(others) = port else { panic!() };
     assert!(rates.iter().zip(&others).all(|(one, other)| (one + other).abs() < 1e-9), "{rates:?} {others:?}");
-    let vehicle = &inputs.whole;
+    let vehicle = &inputs.six_dof;
     let held = |rate: f64| {
         let found = turn(vehicle, speed, rate, inputs.design.depth, &inputs.design.pitch).unwrap();
         vehicle
@@ -99,7 +99,7 @@ fn turn_rate_is_within_limits_at_corners() {
         let gain = 1.0 - inputs.actuator_gain();
         for corner in random_corners(inputs.uncertain.len(), 20, 3) {
             let ends = inputs.uncertain.iter().zip(&corner);
-            let vehicle = ends.fold(inputs.whole.clone(), |changed, (one, end)| {
+            let vehicle = ends.fold(inputs.six_dof.clone(), |changed, (one, end)| {
                 one.parameter.with_value(&changed, one.value + end * one.half_range)
             });
             for (speed, rate) in speeds.iter().zip(&rates) {
@@ -239,7 +239,7 @@ fn flown_in(
 /// sea without contents changes no bit, and its current equals the given one. The flight ends at the surface.
 #[test]
 fn both_axes_fly_at_sea() {
-    let vehicle = &MADE.0.whole;
+    let vehicle = &MADE.0.six_dof;
     let designs = [&*DEPTH_DESIGN, &MADE.1.frozen.controller];
     let at_sea = |text: &str, current: [f64; 2], climb: f64| {
         let sea = Sea::parse(&format!("seed = 1\n{text}"), "sea.toml").unwrap();
@@ -295,7 +295,7 @@ fn apart(one: &SixDofFlight, other: &SixDofFlight) -> f64 {
 /// dive alone does not change the heading.
 #[test]
 fn turns_during_dive() {
-    let vehicle = &MADE.0.whole;
+    let vehicle = &MADE.0.six_dof;
     for speed in [1.4, 1.8, 2.2] {
         let (both, dive) = (turned(vehicle, speed, -60.0, 20.0), turned(vehicle, speed, 0.0, 20.0));
         let (time, overshoot) = settled(&both, -60.0);
@@ -314,7 +314,7 @@ fn turns_during_dive() {
 /// The torque of the propeller rolls the vehicle, which still turns as commanded with little change of depth.
 #[test]
 fn turns_under_propeller_torque() {
-    let vehicle = &MADE.0.whole;
+    let vehicle = &MADE.0.six_dof;
     let torque = Parameter::Effect { actuator: 0, key: "torque" }.with_value(vehicle, -0.543 / 3.86);
     for side in [-60.0, 60.0] {
         let (both, straight) = (turned(&torque, 1.54, side, 5.0), turned(&torque, 1.54, 0.0, 5.0));
@@ -337,7 +337,7 @@ fn turning(vehicle: &Vehicle) -> Turning<'_> {
 /// Another implementation found 0.21 and 0.42 for the product at 10 and 14 deg/s, frozen, of the coupling alone.
 #[test]
 fn proves_coupling_in_turns() {
-    let turning = turning(&MADE.0.whole);
+    let turning = turning(&MADE.0.six_dof);
     let found = coupling(&turning).unwrap().unwrap();
     // The reference is slower at 1.4 m/s, where the weakest corner of the uncertainty does not sustain it.
     let [slowest, fastest] = found.rates.map(f64::to_degrees);
@@ -346,7 +346,7 @@ fn proves_coupling_in_turns() {
     assert!(found.gains().iter().all(|gain| *gain < 1.0), "{:?}", found.gains());
     // The text rounds gains up and rates down.
     let rates = [10.509f64, 12.0].map(f64::to_radians);
-    insta::assert_snapshot!(words(rates, (found.share, 0.5001), ["depth", "heading"], [0.2501, 0.7501]));
+    insta::assert_snapshot!(claim(rates, (found.share, 0.5001), ["depth", "heading"], [0.2501, 0.7501]));
     // The relative coupling is at most the larger gain in the turns from which the bounds are computed.
     assert!(found.taken < 1.01 * found.gains()[0].max(found.gains()[1]), "{found:?}");
     let certificates = found.axes.each_ref().map(|axis| &axis.certificate);
@@ -360,7 +360,7 @@ fn proves_coupling_in_turns() {
     let mut late = turning.designs[1].clone();
     late.delay_ticks = 1;
     let (inputs, level) = (&MADE.0, (10.0, &MADE.0.design.pitch));
-    let delayed = Turning::new(&inputs.whole, level, [turning.designs[0], &late]).unwrap();
+    let delayed = Turning::new(&inputs.six_dof, level, [turning.designs[0], &late]).unwrap();
     assert!(coupling(&delayed).unwrap().is_none());
     // Speeds and rates other than those of the bounds.
     for (speed, part) in [(1.43, 0.11), (1.55, -0.93), (1.77, 0.47), (1.92, -0.29), (2.13, 0.97)] {
@@ -374,7 +374,7 @@ fn proves_coupling_in_turns() {
 /// bounds cover; scaled by the gains they are shorter in others. Only the matrices of the certificates are used.
 #[test]
 fn certificates_cover_coupling_in_turns() {
-    let turning = turning(&MADE.0.whole);
+    let turning = turning(&MADE.0.six_dof);
     let found = coupling(&turning).unwrap().unwrap();
     let axes = turning.axes();
     let mat = |rows: &[Vec<f64>]| Mat::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j]);
@@ -449,8 +449,8 @@ fn certificates_cover_coupling_in_turns() {
 #[test]
 fn undamped_roll_increases_coupling() {
     let share = |vehicle: &Vehicle| coupling(&turning(vehicle)).unwrap().map_or(0.0, |found| found.share);
-    let with = |key, value| Parameter::Coefficient(key).with_value(&MADE.0.whole, value);
-    let torque = Parameter::Effect { actuator: 0, key: "torque" }.with_value(&MADE.0.whole, -0.543 / 3.86);
+    let with = |key, value| Parameter::Coefficient(key).with_value(&MADE.0.six_dof, value);
+    let torque = Parameter::Effect { actuator: 0, key: "torque" }.with_value(&MADE.0.six_dof, -0.543 / 3.86);
     let [weak, none] = [with("K_up", -0.1), with("K_up", 0.0)].map(|vehicle| share(&vehicle));
     let torque = share(&torque);
     assert_eq!([weak, none, torque], [1.0, 0.0, 0.0]);
@@ -465,8 +465,8 @@ fn corners_of_the_uncertainty_turn() {
     LazyLock::force(&DEPTH_DESIGN);
     let draws = random_corners(inputs.uncertain.len(), 40, 7);
     let vehicle = |corner: &[f64], slower: f64| {
-        let rudder = inputs.whole.actuators.iter().position(|one| one.name == "rudder").unwrap();
-        let mut vehicle = inputs.whole.clone();
+        let rudder = inputs.six_dof.actuators.iter().position(|one| one.name == "rudder").unwrap();
+        let mut vehicle = inputs.six_dof.clone();
         vehicle.actuators[rudder].lag += slower;
         inputs.uncertain.iter().zip(corner).fold(vehicle, |vehicle, (one, side)| {
             // The rudder is the first actuator of the axis, but another one of the vehicle.
@@ -521,7 +521,7 @@ fn steered_by_fodrea(vehicle: &Vehicle) -> Vehicle {
 #[test]
 fn one_design_file_suits_both_published_models() {
     let (inputs, finished) = &*MADE;
-    let other = Inputs::new(steered_by_fodrea(&inputs.whole), inputs.design.clone()).unwrap();
+    let other = Inputs::new(steered_by_fodrea(&inputs.six_dof), inputs.design.clone()).unwrap();
     let own = run(&other, &Progress::default()).unwrap();
     let slow = own.model.grid[0].1.eigenvalues();
     assert!(slow.iter().all(|pole| pole.re < 1e-9), "it keeps its heading by itself: {slow:?}");
@@ -537,7 +537,7 @@ fn one_design_file_suits_both_published_models() {
         for (controller, longest, farthest) in
             [(&own.frozen.controller, 32.0, 0.02), (&finished.frozen.controller, 22.0, 0.08)]
         {
-            let flown = turned_by(controller, &other.whole, speed, -60.0, 0.0);
+            let flown = turned_by(controller, &other.six_dof, speed, -60.0, 0.0);
             let (time, overshoot) = settled(&flown, -60.0);
             assert!(time < longest && overshoot < farthest, "{speed} m/s: {time} s, {overshoot}");
         }

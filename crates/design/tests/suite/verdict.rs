@@ -43,7 +43,7 @@ fn judged(section: &str) -> Verdict {
 }
 
 fn row<'v>(verdict: &'v Verdict, what: &str) -> &'v Row {
-    verdict.rows.iter().find(|row| row.what == what).unwrap()
+    verdict.rows.iter().find(|row| row.name == what).unwrap()
 }
 
 fn near(found: f64, expected: f64) {
@@ -80,10 +80,10 @@ fn rate_use_equals_that_of_plant() {
     let uses = &verdict.found.flight.uses;
     near(uses[0].rate.unwrap(), most / 200.0);
     assert!(most > 200.0 && uses[1].rate.is_none());
-    let judged = row(&verdict, "rate of lower in the default flight");
+    let judged = row(&verdict, "rate of lower in the default manoeuvre");
     assert_eq!((judged.key, judged.outcome), ("actuator_use", Outcome::Missed));
     assert!(judged.achieved.remark.as_ref().unwrap().ends_with(" N/s, limit 200 N/s"), "{judged:?}");
-    assert_eq!(verdict.rows.iter().filter(|row| row.what.starts_with("rate of")).count(), 1);
+    assert_eq!(verdict.rows.iter().filter(|row| row.name.starts_with("rate of")).count(), 1);
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn frozen_figures_are_those_of_the_check() {
     let most = |of: &dyn Fn(&Flown) -> f64| loops.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
     let found = |what: &str| row(verdict, what).achieved.value;
     near(found("phase margin"), least(|m| m.phase).to_degrees());
-    near(found("disk margin, as a phase"), least(|m| m.disk_phase()).to_degrees());
+    near(found("disk margin (as a phase)"), least(|m| m.disk_phase()).to_degrees());
     near(found("delay margin"), least(|m| m.delay).min(-most(&|f| -f.common_delay)));
     let decibels =
         least(|m| m.gain_up).min(1.0 / most(&|f| f.margins().map(|m| m.gain_down).fold(0.0, f64::max)));
@@ -200,7 +200,7 @@ fn flown_figures_are_those_of_flights() {
     let rows = flown(&design.manoeuvre);
     let most =
         rows.iter().map(|r| (r.commands[0] / inputs.vehicle.actuators[0].max).abs()).fold(0.0, f64::max);
-    near(row(verdict, "lower in the default flight").achieved.value, 100.0 * most);
+    near(row(verdict, "lower in the default manoeuvre").achieved.value, 100.0 * most);
 }
 
 /// A vehicle that surfaces in its default flight misses the requirement on its actuators.
@@ -212,7 +212,7 @@ fn flight_cut_short_is_missed() {
     let effort = Effort { frozen: 2, sampled: false, flown: 0, mu: 0 };
     let found = Found::of(&shallow, &stored.controller, effort).unwrap();
     let verdict = Verdict::judge(&shallow, 0.5, found);
-    let missed = row(&verdict, "lower in the default flight");
+    let missed = row(&verdict, "lower in the default manoeuvre");
     assert_eq!(missed.outcome, Outcome::Missed);
     assert!(missed.achieved.remark.is_some(), "{verdict}");
     assert_eq!(missed.found(), "unknown");
@@ -235,7 +235,7 @@ fn steps_at_vanishing_corners_equal_those_of_vehicle() {
         let step = steps.find(|step| step.speed == at.speed).unwrap();
         assert_eq!((at.flown, at.untrimmed), (12, 0));
         assert!((at.overshoot - step.overshoot).abs() < 1e-6, "{at:?} {step:?}");
-        assert!((at.left - step.steady_error).abs() < 1e-6, "{at:?} {step:?}");
+        assert!((at.remaining_error - step.steady_error).abs() < 1e-6, "{at:?} {step:?}");
         assert!(at.overshoot < declared.overshoot, "{at:?} {declared:?}");
     }
 }
@@ -258,7 +258,7 @@ fn counts_corners_without_level_flight() {
         flown: 0,
         untrimmed: 12,
         overshoot: f64::INFINITY,
-        left: f64::INFINITY,
+        remaining_error: f64::INFINITY,
         ..found[1].clone()
     };
     let judged = |corners: Vec<Corners>| {

@@ -11,7 +11,7 @@ use crate::error::{SynthesisError, SystemError};
 use crate::matrix::{Mat, diagonal, pseudo_inverse, symmetric_part};
 use crate::synthesis::Options;
 use crate::synthesis::balance::Coordinates;
-use crate::synthesis::least_gamma::{Place, least_gamma_at};
+use crate::synthesis::least_gamma::{Conditioning, least_gamma_at};
 use crate::system::{
     ClosedLoop, Controller, GeneralisedPlant, LoopError, MatrixPolynomial, Sizes, check_detectable,
     check_stabilisable, evenly_spread,
@@ -79,21 +79,21 @@ const TRIES: usize = 4;
 const RATIONAL_ORDER: usize = 2;
 
 /// Returns the coordinates of the least gamma for any rate of the parameter, or else diagonal ones.
-fn place_of(plant: &GeneralisedPlant) -> Place {
+fn conditioning_of(plant: &GeneralisedPlant) -> Conditioning {
     match least_gamma_at(plant, Options { accuracy: COORDINATES_ACCURACY, ..Options::default() }, None) {
-        Ok((coordinates, found)) => Place { coordinates, unit: found.gamma },
-        Err(_) => Place { coordinates: Coordinates::diagonal(plant), unit: 1.0 },
+        Ok((coordinates, found)) => Conditioning { coordinates, unit: found.gamma },
+        Err(_) => Conditioning { coordinates: Coordinates::diagonal(plant), unit: 1.0 },
     }
 }
 
 fn grid(
-    place: &Place,
+    conditioning: &Conditioning,
     plant: &GeneralisedPlant,
     options: SlowOptions,
     varying: Varying,
 ) -> Result<Grid, SynthesisError> {
-    let points = frozen(&place.plant(plant), options.points)?;
-    let rate = place.coordinates.scaled_rate(options.rate);
+    let points = frozen(&conditioning.plant(plant), options.points)?;
+    let rate = conditioning.coordinates.scaled_rate(options.rate);
     Ok(Grid { points, rate, varying, order: options.order })
 }
 
@@ -112,13 +112,17 @@ fn frozen(plant: &GeneralisedPlant, count: usize) -> Result<Vec<(f64, Generalise
 /// Returns [`SynthesisError::NotStabilisable`], [`SynthesisError::NotDetectable`]; [`SynthesisError::Numerical`] for a
 /// number of parameters other than one; those of the solver.
 pub fn least_gamma(plant: &GeneralisedPlant, options: SlowOptions) -> Result<Least, SynthesisError> {
-    let ways = ways(plant, &place_of(plant), options)?;
+    let candidates = candidates(plant, &conditioning_of(plant), options)?;
     // The list is in ascending order, and not empty.
-    ways.first().copied().ok_or_else(|| SynthesisError::numerical(STAGE, "no controller was attempted"))
+    candidates.first().copied().ok_or_else(|| SynthesisError::numerical(STAGE, "no controller was attempted"))
 }
 
 /// Returns the least gamma for each choice of the varying matrices, ascending; at least one.
-fn ways(plant: &GeneralisedPlant, place: &Place, options: SlowOptions) -> Result<Vec<Least>, SynthesisError> {
+fn candidates(
+    plant: &GeneralisedPlant,
+    conditioning: &Conditioning,
+    options: SlowOptions,
+) -> Result<Vec<Least>, SynthesisError> {
     plant.check()?;
     check_stabilisable(plant)?;
     check_detectable(plant)?;
@@ -129,8 +133,8 @@ fn ways(plant: &GeneralisedPlant, place: &Place, options: SlowOptions) -> Result
     }
     let (mut found, mut failure) = (vec![], None);
     for varying in [Varying::Both, Varying::X, Varying::Y] {
-        match grid(place, plant, options, varying)?.least(options.accuracy) {
-            Ok(gamma) => found.push(Least { gamma: gamma * place.unit, varying }),
+        match grid(conditioning, plant, options, varying)?.least(options.accuracy) {
+            Ok(gamma) => found.push(Least { gamma: gamma * conditioning.unit, varying }),
             Err(e) => failure = Some(e),
         }
     }
@@ -150,14 +154,14 @@ fn ways(plant: &GeneralisedPlant, place: &Place, options: SlowOptions) -> Result
 /// # Errors
 /// Errors of [`least_gamma`]; also [`SynthesisError::Numerical`] if no fitted LFT keeps the controllers' gamma.
 pub fn synthesise(plant: &GeneralisedPlant, options: SlowOptions) -> Result<SlowDesign, SynthesisError> {
-    let place = place_of(plant);
+    let conditioning = conditioning_of(plant);
     let mut best: Option<SlowDesign> = None;
     let mut failure = None;
-    for least in ways(plant, &place, options)? {
+    for least in candidates(plant, &conditioning, options)? {
         if best.as_ref().is_some_and(|known| known.bound.gamma <= least.gamma) {
             break;
         }
-        match build(plant, &place.coordinates, least, options) {
+        match build(plant, &conditioning.coordinates, least, options) {
             Ok(found) if best.as_ref().is_none_or(|known| found.bound.gamma < known.bound.gamma) => {
                 best = Some(found);
             }
@@ -178,11 +182,11 @@ fn build(
     options: SlowOptions,
 ) -> Result<SlowDesign, SynthesisError> {
     let gamma_design = (1.0 + options.back_off) * least.gamma;
-    let place = Place { coordinates: coordinates.clone(), unit: gamma_design };
-    let grid = grid(&place, plant, options, least.varying)?;
+    let conditioning = Conditioning { coordinates: coordinates.clone(), unit: gamma_design };
+    let grid = grid(&conditioning, plant, options, least.varying)?;
     let pair = grid.centre(1.0)?;
-    let family = family(&place.plant(plant), &pair, least.varying)?;
-    let (controller, bound) = simplest(plant, &place, &family, options, least.varying)?;
+    let family = family(&conditioning.plant(plant), &pair, least.varying)?;
+    let (controller, bound) = simplest(plant, &conditioning, &family, options, least.varying)?;
     let closed = plant.close(&controller);
     let fast = any_rate(&closed, &bound);
     let bound = tightened(&closed, bound.rate, bound.gamma, fast.as_ref()).unwrap_or(bound);
@@ -223,7 +227,7 @@ fn family(
 /// Returns the LFT with the fewest channels, fitted to a family of controllers, that keeps their gain up to [`LOSS`].
 fn simplest(
     plant: &GeneralisedPlant,
-    place: &Place,
+    conditioning: &Conditioning,
     family: &[(f64, Central)],
     options: SlowOptions,
     varying: Varying,
@@ -242,12 +246,12 @@ fn simplest(
         }
     }
     candidates.sort_by_key(|k| k.blocks.iter().sum::<usize>());
-    let gamma = place.unit * (1.0 + LOSS);
+    let gamma = conditioning.unit * (1.0 + LOSS);
     let inverse = varying == Varying::Y;
     // [X Z; Z Z] with Z = X - Y^-1 is not a polynomial if Y varies.
     let order = if varying == Varying::Both { options.order + RATIONAL_ORDER } else { options.order };
-    let (rate, lyapunov) = (options.rate, lyapunov_matrix(place, family, order, inverse)?);
-    let controllers: Vec<Controller> = candidates.iter().map(|k| place.coordinates.undo(k)).collect();
+    let (rate, lyapunov) = (options.rate, lyapunov_matrix(conditioning, family, order, inverse)?);
+    let controllers: Vec<Controller> = candidates.iter().map(|k| conditioning.coordinates.undo(k)).collect();
     for controller in &controllers {
         let closed = plant.close(controller);
         let none = LoopError::none(&closed);
@@ -296,7 +300,7 @@ fn by_loop_bounds(
 
 /// Fits a polynomial to the Lyapunov matrices of a family, or to their inverses, in the plant's coordinates.
 fn lyapunov_matrix(
-    place: &Place,
+    conditioning: &Conditioning,
     family: &[(f64, Central)],
     order: usize,
     inverse: bool,
@@ -304,7 +308,7 @@ fn lyapunov_matrix(
     let samples: Vec<(f64, Mat)> = family.iter().map(|(theta, c)| (*theta, c.lyapunov.clone())).collect();
     let fit = MatrixPolynomial::fit(&samples, order)
         .map_err(|e| SynthesisError::numerical(STAGE, e.to_string()))?;
-    let undone = |m: &Mat| symmetric_part(&place.coordinates.undo_lyapunov(m, inverse));
+    let undone = |m: &Mat| symmetric_part(&conditioning.coordinates.undo_lyapunov(m, inverse));
     Ok(fit.coefficients.iter().map(undone).collect())
 }
 

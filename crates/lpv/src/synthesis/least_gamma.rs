@@ -106,8 +106,8 @@ pub(crate) fn least_gamma_at(
     let settles = accuracy > DOUBTFUL_GAP;
     let search = SolverOptions { quick, settles, ..SolverOptions::within(tolerance) };
     let doubtful = accuracy.max(DOUBTFUL_GAP);
-    let (mut place, mut best) = first(plant, scalings, search, time_scale)?;
-    let mut tried = (place.clone(), best.clone());
+    let (mut conditioning, mut best) = first(plant, scalings, search, time_scale)?;
+    let mut tried = (conditioning.clone(), best.clone());
     // A lower bound of gamma is the same in all coordinates.
     let estimate = |found: &LmiSolution| (found.gamma * (1.0 - found.gap)).max(0.0);
     let (mut estimated, mut lower) = (estimate(&best), best.lower);
@@ -120,7 +120,7 @@ pub(crate) fn least_gamma_at(
         let level = COORDINATES_GAMMA_FACTOR * tried.1.gamma / tried.0.unit;
         let Ok(small) = smallest(&here, level, &tried.1, options) else { break };
         let Some(coordinates) = equalised(&tried.0.coordinates, &small, plant) else { break };
-        let next = Place { coordinates, unit: tried.1.gamma };
+        let next = Conditioning { coordinates, unit: tried.1.gamma };
         let Ok(again) = minimise(plant, &next, scalings, search) else { break };
         (estimated, lower) = (estimated.max(estimate(&again)), lower.max(again.lower));
         multipliers.splice(0..0, again.multipliers.iter().cloned());
@@ -129,7 +129,7 @@ pub(crate) fn least_gamma_at(
             && (again.gamma / best.gamma - 1.0).abs() < AGREEMENT_TOLERANCE;
         tried = (next, again);
         if better(&tried.1, &best) {
-            (place, best) = tried.clone();
+            (conditioning, best) = tried.clone();
         }
         best.gap = gap(best.gamma, estimated);
         if agree && best.gap < doubtful {
@@ -138,7 +138,7 @@ pub(crate) fn least_gamma_at(
     }
     if !quick
         && (best.gap > doubtful || best.margin <= 0.0)
-        && let Ok(other) = minimise(plant, &place, scalings, SolverOptions { patient: true, ..search })
+        && let Ok(other) = minimise(plant, &conditioning, scalings, SolverOptions { patient: true, ..search })
         && better(&other, &best)
     {
         (estimated, lower) = (estimated.max(estimate(&other)), lower.max(other.lower));
@@ -148,7 +148,7 @@ pub(crate) fn least_gamma_at(
         // Few can be repaired for a plant with parameters, and each trial proof takes a tenth of the search's time.
         let plain = plant.blocks.is_empty();
         let multipliers = if plain { repaired(plant, best.gamma, &multipliers) } else { vec![] };
-        return Ok((place.coordinates, LmiSolution { multipliers, lower, ..best }));
+        return Ok((conditioning.coordinates, LmiSolution { multipliers, lower, ..best }));
     }
     let (gamma, missed) = (best.gamma, -best.margin);
     let diagnosis = format!("at the gamma found, {gamma:.4e}, the inequalities are violated by {missed:.1e}");
@@ -186,12 +186,12 @@ const MOST_UNITS: usize = 5;
 
 /// Coordinates in which a plant is well conditioned, and the unit of gain.
 #[derive(Clone)]
-pub(crate) struct Place {
+pub(crate) struct Conditioning {
     pub(crate) coordinates: Coordinates,
     pub(crate) unit: f64,
 }
 
-impl Place {
+impl Conditioning {
     fn balanced(plant: &GeneralisedPlant, unit: f64, time_scale: Option<f64>) -> Self {
         let scaled = plant.in_units_of(unit);
         let time_scale = time_scale.unwrap_or_else(|| median_time_scale(&plant.a()));
@@ -209,19 +209,19 @@ fn first(
     scalings: ScalingClass,
     search: SolverOptions<'_>,
     time_scale: Option<f64>,
-) -> Result<(Place, LmiSolution), SynthesisError> {
-    let mut place = Place::balanced(plant, first_unit(plant), time_scale);
-    let mut best = minimise(plant, &place, scalings, search)?;
+) -> Result<(Conditioning, LmiSolution), SynthesisError> {
+    let mut conditioning = Conditioning::balanced(plant, first_unit(plant), time_scale);
+    let mut best = minimise(plant, &conditioning, scalings, search)?;
     for _ in 0..MOST_UNITS {
-        let ratio = best.gamma / place.unit;
+        let ratio = best.gamma / conditioning.unit;
         if (1.0 / NEAR_UNIT..NEAR_UNIT).contains(&ratio) || ratio.is_nan() || ratio <= 0.0 {
             break;
         }
-        let next = Place::balanced(plant, best.gamma, time_scale);
+        let next = Conditioning::balanced(plant, best.gamma, time_scale);
         let Ok(again) = minimise(plant, &next, scalings, search) else { break };
-        (place, best) = (next, again);
+        (conditioning, best) = (next, again);
     }
-    Ok((place, best))
+    Ok((conditioning, best))
 }
 
 /// Estimates gamma from norms only.
@@ -284,28 +284,28 @@ pub(crate) fn equalised(
     at.equalising(&found.x, &found.y, &s, &sigma, &channels(&plant.blocks))
 }
 
-/// Returns the least gamma in the coordinates of `place`, in the plant's units.
+/// Returns the least gamma in the coordinates of `conditioning`, in the plant's units.
 fn minimise(
     plant: &GeneralisedPlant,
-    place: &Place,
+    conditioning: &Conditioning,
     scalings: ScalingClass,
     search: SolverOptions<'_>,
 ) -> Result<LmiSolution, SynthesisError> {
     let mut program = Program::default();
-    let scaled = place.plant(plant);
+    let scaled = conditioning.plant(plant);
     let unknowns = add_inequalities(&mut program, &scaled, None, scalings);
     program.minimise_trace(&unknowns.gamma, 1.0);
     let solution = solver::solve(&program, STAGE, search)?;
     let found = unknowns.lmi_solution(&program, &solution);
     let gap = solution.gap * (1.0 + found.gamma.abs()) / found.gamma;
-    let multipliers = dual_multipliers(place, &scaled, &solution.multipliers, scalings);
-    let lower = place.unit * solution.lower.max(0.0);
-    Ok(LmiSolution { gamma: place.unit * found.gamma, gap, lower, multipliers, ..found })
+    let multipliers = dual_multipliers(conditioning, &scaled, &solution.multipliers, scalings);
+    let lower = conditioning.unit * solution.lower.max(0.0);
+    Ok(LmiSolution { gamma: conditioning.unit * found.gamma, gap, lower, multipliers, ..found })
 }
 
 /// Returns the multipliers of the last steps, the latest first, in the plant's coordinates.
 fn dual_multipliers(
-    place: &Place,
+    conditioning: &Conditioning,
     scaled: &GeneralisedPlant,
     steps: &[Vec<Mat>],
     scalings: ScalingClass,
@@ -325,7 +325,7 @@ fn dual_multipliers(
             coupling: (Mat::zeros(n, 0), Mat::zeros(n, 0)),
         })
     });
-    found.map(|m| place.coordinates.undo_multipliers(place.unit, &m)).collect()
+    found.map(|m| conditioning.coordinates.undo_multipliers(conditioning.unit, &m)).collect()
 }
 
 const SMALLEST_STAGE: &str = "smallest matrices";

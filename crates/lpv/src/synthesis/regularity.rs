@@ -160,7 +160,7 @@ impl From<&Irregularity> for Finding {
 impl fmt::Display for Irregularity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Irregularity::UnweightedControl { direction, .. } => match only(direction) {
+            Irregularity::UnweightedControl { direction, .. } => match single_index(direction) {
                 Some(j) => write!(
                     f,
                     "no performance output weights u{j}, so that its gain may grow without limit: add a weight on \
@@ -170,11 +170,11 @@ impl fmt::Display for Irregularity {
                     f,
                     "no performance output weights the combination {} of controls, so that its gain may grow without \
                      limit: add a separate weight on each of {} (columns of D12)",
-                    direction_words(direction, "u"),
+                    direction_text(direction, "u"),
                     names(direction, "u")
                 ),
             },
-            Irregularity::NoiselessMeasurement { combination, .. } => match only(combination) {
+            Irregularity::NoiselessMeasurement { combination, .. } => match single_index(combination) {
                 Some(i) => write!(
                     f,
                     "the measurement y{i} is free of noise, so that the gain from it may grow without limit: \
@@ -184,7 +184,7 @@ impl fmt::Display for Irregularity {
                     f,
                     "the combination {} of measurements is free of noise, so that the gain from it may grow without \
                      limit: add independent noise to each of {} (rows of D21)",
-                    sum_words(combination, "y"),
+                    sum_text(combination, "y"),
                     names(combination, "y")
                 ),
             },
@@ -193,7 +193,7 @@ impl fmt::Display for Irregularity {
 }
 
 /// Returns the index, from 1, of the only nonzero component.
-fn only(direction: &[f64]) -> Option<usize> {
+fn single_index(direction: &[f64]) -> Option<usize> {
     let mut parts = parts(direction);
     match (parts.next(), parts.next()) {
         (Some((i, _)), None) => Some(i),
@@ -210,13 +210,13 @@ fn names(direction: &[f64], letter: &str) -> String {
 }
 
 /// Formats a direction, `(u1, u3) = (1, -0.5)`.
-fn direction_words(direction: &[f64], letter: &str) -> String {
+fn direction_text(direction: &[f64], letter: &str) -> String {
     let values: Vec<String> = parts(direction).map(|(_, v)| number(v)).collect();
     format!("({}) = ({})", names(direction, letter), values.join(", "))
 }
 
 /// Formats a combination, `y1 - 0.5 y3`.
-pub(crate) fn sum_words(combination: &[f64], letter: &str) -> String {
+pub(crate) fn sum_text(combination: &[f64], letter: &str) -> String {
     let mut out = String::new();
     for (i, v) in parts(combination) {
         let sign = match (v < 0.0, out.is_empty()) {
@@ -286,7 +286,7 @@ impl Regularisation {
 
 impl fmt::Display for Regularisation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let outputs = self.weights.iter().map(|row| format!("an output {} (weight)", sum_words(row, "u")));
+        let outputs = self.weights.iter().map(|row| format!("an output {} (weight)", sum_text(row, "u")));
         let disturbances = self.noises.iter().map(|column| {
             let parts: Vec<String> =
                 parts(column).map(|(i, v)| format!("{} of it in y{i}", number(v))).collect();

@@ -88,7 +88,7 @@ impl Axis {
     }
 
     /// Returns about `count` ticks within a range of axis coordinates, with their labels.
-    pub fn words(&self, (from, to): (f64, f64), count: usize) -> Vec<(f64, String)> {
+    pub fn labels(&self, (from, to): (f64, f64), count: usize) -> Vec<(f64, String)> {
         let ticks = match self.scale {
             Scale::Linear => linear_ticks(from, to, count),
             Scale::Logarithmic => logarithmic_ticks(from, to, count),

@@ -111,8 +111,8 @@ impl Chart {
         let x = self.x.extent(all().map(|p| p.0), false);
         let y = self.y.extent(all().map(|p| p.1), true);
         let [left, right, top, bottom] = FRAME.map(f64::from);
-        let widest = self.y.words(y, Y_TICKS).iter().map(|(_, word)| breadth(word)).fold(0.0, f64::max);
-        let last = self.x.words(x, X_TICKS).last().map_or(0.0, |(_, word)| breadth(word));
+        let widest = self.y.labels(y, Y_TICKS).iter().map(|(_, word)| breadth(word)).fold(0.0, f64::max);
+        let last = self.x.labels(x, X_TICKS).last().map_or(0.0, |(_, word)| breadth(word));
         let (left, right) = (left.max((widest + WORD + 2.0).ceil()), right.max((0.5 * last).ceil() + 1.0));
         let (width, height) = (f64::from(size.0) - left - right, f64::from(size.1) - top - bottom);
         let (x, y) = if self.y.is_equal { equal((x, y), width / height) } else { (x, y) };
@@ -150,13 +150,13 @@ impl Chart {
         };
         let (right, bottom) = (frame.left + frame.width, frame.top + frame.height);
         let [mut grid, mut ticks, mut below, mut beside] = [const { String::new() }; 4];
-        for (tick, word) in self.x.words(frame.x, X_TICKS) {
+        for (tick, word) in self.x.labels(frame.x, X_TICKS) {
             let x = tidy(frame.left + frame.across(tick), DECIMALS);
             let _ = write!(grid, "M{x} {}V{bottom}", frame.top);
             let _ = write!(ticks, "M{x} {bottom}v{TICK}");
             let _ = write!(below, "<text x=\"{x}\" y=\"{}\">{word}</text>", bottom + 17.0);
         }
-        for (tick, word) in self.y.words(frame.y, Y_TICKS) {
+        for (tick, word) in self.y.labels(frame.y, Y_TICKS) {
             let y = frame.top + frame.down(tick);
             let _ = write!(grid, "M{} {}H{right}", frame.left, tidy(y, DECIMALS));
             let _ = write!(ticks, "M{} {}h-{TICK}", frame.left, tidy(y, DECIMALS));
@@ -275,7 +275,7 @@ mod tests {
             let left: f64 = frame.split('"').next().unwrap().parse().unwrap();
             let width: f64 =
                 frame.split("width=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
-            let widest = chart.y.words((2.5e-5 * scale, 3.8e-5 * scale), Y_TICKS);
+            let widest = chart.y.labels((2.5e-5 * scale, 3.8e-5 * scale), Y_TICKS);
             assert!(widest.iter().all(|(_, word)| breadth(word) + WORD < left), "{widest:?} {left}");
             assert!(left + width + 0.5 * breadth("0.38") <= f64::from(SMALL.0), "{left} {width}");
         }

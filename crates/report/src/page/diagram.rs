@@ -39,8 +39,8 @@ impl Diagram {
     }
 
     /// Draws text centred at a point on its baseline.
-    pub fn label(&mut self, (x, y): (f64, f64), words: &str) {
-        let _ = write!(self.drawn, "<text x=\"{x}\" y=\"{y}\">{}</text>", escaped(words));
+    pub fn label(&mut self, (x, y): (f64, f64), text: &str) {
+        let _ = write!(self.drawn, "<text x=\"{x}\" y=\"{y}\">{}</text>", escaped(text));
     }
 
     /// Draws a summing junction.

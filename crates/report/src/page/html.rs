@@ -73,7 +73,7 @@ fn section(section: &Section) -> String {
     let mut out = format!("<section id=\"{}\">\n<h2>{}</h2>\n", section.id, escaped(&section.title));
     for part in &section.parts {
         out += &match part {
-            Part::Words(words) => paragraph(words),
+            Part::Text(words) => paragraph(words),
             Part::Figure(figure) => figure.html(),
             Part::Table(found) => table(found),
             Part::Diagram(diagram) => diagram.html(),

@@ -31,7 +31,7 @@ pub struct Boxed {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Part {
     /// Paragraph.
-    Words(String),
+    Text(String),
     /// Figure.
     Figure(Figure),
     /// Block diagram.
@@ -67,7 +67,7 @@ impl Section {
             match part {
                 Part::Figure(figure) => figure.name = format!("{axis}-{}", figure.name),
                 Part::Diagram(diagram) => diagram.name = format!("{axis}-{}", diagram.name),
-                Part::Words(_) | Part::Table(_) | Part::Boxed(_) => {}
+                Part::Text(_) | Part::Table(_) | Part::Boxed(_) => {}
             }
         }
         Self {

@@ -58,7 +58,7 @@ fn course(inputs: &Inputs) -> Vec<(String, f64, &'static str)> {
 }
 
 /// Returns the description of a table with other designs; empty without any.
-pub(crate) fn words(subject: &Subject) -> String {
+pub(crate) fn explanation(subject: &Subject) -> String {
     if subject.beside.is_empty() {
         return String::new();
     }
@@ -107,14 +107,14 @@ pub(crate) fn verdicts(designs: &[&Subject]) -> Result<Vec<Vec<String>>, Error> 
         .collect::<Result<Vec<_>, Error>>()?;
     let mut order: Vec<&str> = vec![];
     for row in verdicts.iter().copied().flatten() {
-        if !order.contains(&row.what.as_str()) {
-            order.push(&row.what);
+        if !order.contains(&row.name.as_str()) {
+            order.push(&row.name);
         }
     }
     let box_of = |subject: &Subject| (subject.inputs.uncertain.clone(), subject.inputs.actuator_gain());
     let row = |what: &str| {
         let found: Vec<Option<&Row>> =
-            verdicts.iter().map(|rows| rows.iter().find(|row| row.what == what)).collect();
+            verdicts.iter().map(|rows| rows.iter().find(|row| row.name == what)).collect();
         let required = found[0].map(Row::required).unwrap_or_default();
         let cells = found.iter().zip(designs).map(|(row, subject)| match row {
             Some(row) if row.key != MU || box_of(subject) == box_of(designs[0]) => cell(row, &required),
@@ -127,16 +127,16 @@ pub(crate) fn verdicts(designs: &[&Subject]) -> Result<Vec<Vec<String>>, Error> 
 
 /// Returns a figure as text, with its own requirement if that is not `required`, and marked if it misses its own.
 fn cell(row: &Row, required: &str) -> String {
-    let mut words = row.found();
+    let mut text = row.found();
     match row.required() {
         own if own == required => {}
-        own if own.is_empty() => words += " (none required)",
-        own => words += &format!(" ({own})"),
+        own if own.is_empty() => text += " (none required)",
+        own => text += &format!(" ({own})"),
     }
     if row.outcome == Outcome::Missed {
-        words += " MISSED";
+        text += " MISSED";
     }
-    words
+    text
 }
 
 #[cfg(test)]

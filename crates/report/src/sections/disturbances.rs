@@ -33,7 +33,7 @@ const IN_A_DECADE: i32 = 40;
 pub fn disturbances(subject: &Subject) -> Result<Vec<Part>, Error> {
     let flown =
         subject.speeds.iter().map(|v| in_current(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
-    let words = format!(
+    let text = format!(
         "A uniform downward current of {GUST} m/s starts as a step at {STEP_TIME:.0} s, and a forward current of the \
              same size at {FORWARD_TIME:.0} s. The speed is relative to the water. Nonlinear and sampled simulation, \
              as above."
@@ -43,7 +43,7 @@ pub fn disturbances(subject: &Subject) -> Result<Vec<Part>, Error> {
         caption: format!("{} in steps of current, at six speeds.", capital(&subject.name())),
         ..steps::figure(subject, subject.speed_keys(), &flown, SHOWN)
     };
-    Ok(vec![Part::Words(words), Part::Figure(current), Part::Figure(noise(subject)?)])
+    Ok(vec![Part::Text(text), Part::Figure(current), Part::Figure(noise(subject)?)])
 }
 
 fn in_current(subject: &Subject, speed: f64) -> Result<Flight, Error> {

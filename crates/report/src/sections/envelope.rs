@@ -46,7 +46,7 @@ pub fn envelope(subject: &Subject) -> Result<Vec<Part>, Error> {
     let tables = [PITCH, DEPTH].into_iter().filter(|index| envelope.limits(*index).is_some());
     let tables =
         tables.map(|index| ends(subject, index).map(Part::Table)).collect::<Result<Vec<_>, Error>>()?;
-    Ok([Part::Words(envelope.words()), Part::Figure(figure)].into_iter().chain(tables).collect())
+    Ok([Part::Text(envelope.text()), Part::Figure(figure)].into_iter().chain(tables).collect())
 }
 
 /// Limits of the references of a controller.
@@ -159,7 +159,7 @@ impl<'a> Envelope<'a> {
         Some(Chart::over_speed("rate of speed (m/s^2)", curves))
     }
 
-    fn words(&self) -> String {
+    fn text(&self) -> String {
         let asked = &self.subject.inputs.design.envelope;
         let part = |(time, speed): (f64, f64)| {
             let (_, [down, up]) = self.distances(speed)?;
@@ -200,7 +200,7 @@ impl<'a> Envelope<'a> {
                     .into(),
             ),
         ];
-        let of = of.into_iter().filter(|(index, _)| self.limits(*index).is_some()).map(|(_, words)| words);
+        let of = of.into_iter().filter(|(index, _)| self.limits(*index).is_some()).map(|(_, text)| text);
         format!(
             "The autopilot limits references to an envelope: {}. All claims apply to the references as they are \
              used.{margin}",
@@ -231,10 +231,9 @@ mod tests {
     use squid_design::store::load;
     use std::path::Path;
 
-    fn words(parts: &[Part]) -> String {
-        let words =
-            parts.iter().filter_map(|part| if let Part::Words(words) = part { Some(words) } else { None });
-        words.cloned().collect()
+    fn text(parts: &[Part]) -> String {
+        let all = parts.iter().filter_map(|part| if let Part::Text(text) = part { Some(text) } else { None });
+        all.cloned().collect()
     }
 
     /// The figure of the committed design of Squid has the frozen limits and the step of the default flight. Limits of
@@ -257,7 +256,7 @@ mod tests {
         let [_, most] = stored.controller.envelope["pitch"].range.clone().unwrap();
         assert!((largest(END) - most.at(0).to_degrees()).abs() < 1e-9, "{}", largest(END));
         assert!((largest(COMMANDED) - level - 10.0).abs() < 1e-9, "{}", largest(COMMANDED));
-        let within = words(&parts);
+        let within = text(&parts);
         let Part::Table(ends) = &parts[2] else { panic!("{parts:?}") };
         assert!(
             ends.rows.len() == 12 && ends.rows.iter().all(|row| row[4] == "`envelope.pitch`"),
@@ -271,7 +270,7 @@ mod tests {
         let subject = Subject::new(&inputs, &stored, &progress).unwrap();
         let used = Envelope::new(&subject).unwrap().used(1.3, 0.2);
         assert!((used.to_degrees() - 5.0).abs() < 1e-9, "{used}");
-        let limited = words(&envelope(&subject).unwrap());
+        let limited = text(&envelope(&subject).unwrap());
         assert!(within.contains(" 33 %") && limited.contains(" 200 %"), "{within} {limited}");
         let masked = |word| if str::starts_with(word, |c: char| c.is_ascii_digit()) { "#" } else { word };
         insta::assert_snapshot!(limited.split(' ').map(masked).collect::<Vec<_>>().join(" "));

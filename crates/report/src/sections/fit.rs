@@ -171,11 +171,11 @@ fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
     ] {
         table.rows.push(vec![model, poles(found)]);
     }
-    let words = format!(
+    let caption = format!(
         "The linear model published with the coefficients, at {} m/s. {}",
         printed.speed, printed.note
     );
-    Ok(vec![Part::Words(words), Part::Table(table)])
+    Ok(vec![Part::Text(caption), Part::Table(table)])
 }
 
 /// Returns poles as text; a complex pair is listed once.

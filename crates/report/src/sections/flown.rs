@@ -48,7 +48,7 @@ pub fn flown(subject: &Subject) -> Result<Vec<Part>, Error> {
         table.rows.push(row);
     }
     let figures = [margins(subject, frozen), noise(subject, frozen)].map(Part::Figure);
-    Ok(figures.into_iter().chain([Part::Table(table), Part::Words(words(subject))]).collect())
+    Ok(figures.into_iter().chain([Part::Table(table), Part::Text(explanation(subject))]).collect())
 }
 
 /// Returns the curve of a figure over the speeds at which the loop is stable.
@@ -125,7 +125,7 @@ fn noise(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
     }
 }
 
-fn words(subject: &Subject) -> String {
+fn explanation(subject: &Subject) -> String {
     let which = subject.wanted_speed();
     format!(
         "The linear loop at a frozen speed as implemented: true linearisation, sampled controller with zero-order \

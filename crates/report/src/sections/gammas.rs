@@ -62,7 +62,7 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     } else {
         "with the given controller".to_owned()
     };
-    let words = format!(
+    let text = format!(
         "Rows with 'best' contain the least gamma of any controller under this assumption about the speed, within {} \
             %; 'this loop' is the final one, {built}. Only the last row holds for every trajectory of speed, also \
             between the sampled speeds; bounded rates and arbitrarily fast changes are analysed at {SAMPLES} speeds. \
@@ -71,7 +71,7 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
         100.0 * ACCURACY,
         100.0 * CLOSE
     );
-    Ok(vec![Part::Words(words), Part::Figure(figure(subject, &gammas)), Part::Table(table)])
+    Ok(vec![Part::Text(text), Part::Figure(figure(subject, &gammas)), Part::Table(table)])
 }
 
 /// Returns the Lyapunov matrix of the stored certificate, if it claims a gain for an arbitrary rate of the speed.

@@ -23,7 +23,7 @@ const EDGE: u32 = 180;
 pub fn loops(subject: &Subject) -> Result<Vec<Part>, Error> {
     let loops = subject.truth.iter().map(|l| FrozenLoop::flying(subject, &subject.controller, l));
     let loops = loops.collect::<Result<Vec<FrozenLoop>, Error>>()?;
-    let mut parts = vec![Part::Words(
+    let mut parts = vec![Part::Text(
         "The linear loop at six frozen speeds as implemented: true linearisation, sampled controller, lags of the \
             actuators. It is opened at the measurement of one output while the others remain closed, L = 1/S - 1. In \
             the Nichols charts no curve enters the dashed disk |S - 1/2| > 1/alpha around the point -1, at 0 dB and \

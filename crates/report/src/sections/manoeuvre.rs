@@ -53,12 +53,12 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
     let last = rows.last().map_or(f64::NAN, |r| step.factor * r.error(step.index));
     let off = rows.iter().map(|r| r.error(SPEED).abs()).fold(0.0, f64::max);
     let outside = rows.iter().filter(|r| r.out_of_range).count() as f64 / rows.len() as f64;
-    let words = format!(
+    let text = format!(
         "A {} step of {} at {} s while the speed changes from {} to {} m/s within {} s. At the end the {} error is \
             {:.3} {}; the largest speed error is {off:.3} m/s, and the speed is outside the range of the design \
             during {:.1} % of the simulation.",
         step.name,
-        step.words(),
+        step.text(),
         m.step_time,
         m.speed_from,
         m.speed_to,
@@ -68,9 +68,9 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         step.unit,
         100.0 * outside
     );
-    let early = flight.surfacing.map(|s| format!("{words} The simulation ends early: {s}."));
-    let words = early.unwrap_or(words);
+    let early = flight.surfacing.map(|s| format!("{text} The simulation ends early: {s}."));
+    let text = early.unwrap_or(text);
     let caption = format!("{}: nonlinear simulation with the sampled autopilot.", capital(&subject.name()));
     let figure = Figure { name: format!("{}-step-on-a-ramp", step.name), caption, keys, charts };
-    Ok(vec![Part::Words(words), Part::Figure(figure)])
+    Ok(vec![Part::Text(text), Part::Figure(figure)])
 }

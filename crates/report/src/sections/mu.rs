@@ -26,7 +26,7 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
         match at {
             Ok(at) => found.push(at),
             Err(Error::Design(DesignError::Uncertain(UncertainError::NothingUncertain { design }))) => {
-                return Ok(vec![Part::Words(format!(
+                return Ok(vec![Part::Text(format!(
                     "{design} declares no uncertainty, so there is nothing to analyse; a table [uncertainty] lists \
                          coefficients with their ranges."
                 ))]);
@@ -39,16 +39,16 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
     {
         return Err(reason);
     }
-    let mut parts = vec![Part::Words(about(&found, subject.inputs.design.lags))];
-    let missing = without.iter().map(|reason| Part::Words(format!("One speed is missing below: {reason}.")));
+    let mut parts = vec![Part::Text(about(&found, subject.inputs.design.lags))];
+    let missing = without.iter().map(|reason| Part::Text(format!("One speed is missing below: {reason}.")));
     parts.extend(missing);
     parts.extend([
         Part::Figure(figure(subject, &found)),
         Part::Table(table(&found)),
-        Part::Words(about_vehicles()),
+        Part::Text(about_vehicles()),
         Part::Table(vehicles_table(&found)),
         Part::Table(causes_table(&found)),
-        Part::Words(about_gain()),
+        Part::Text(about_gain()),
         Part::Table(gain_table(&found)),
     ]);
     if without.is_empty() {

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, Table, percent};
 use crate::subject::Subject;
 use squid_design::numbers::above;
-use squid_design::synthesise::robust::figures::{Frozen, RobustFigures, gain_in_words};
+use squid_design::synthesise::robust::figures::{Frozen, RobustFigures, gain_text};
 
 /// Returns the section on the robust and the nominal controller.
 ///
@@ -12,22 +12,22 @@ use squid_design::synthesise::robust::figures::{Frozen, RobustFigures, gain_in_w
 /// Errors of [`squid_design::synthesise::robust::StoredRobust::confirm`]: unproved results are not shown.
 pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(stored) = &subject.stored.robust else {
-        let words = if subject.inputs.is_uncertain() {
+        let text = if subject.inputs.is_uncertain() {
             "The controller of this report is the nominal one. `squid design --robust` searches for a controller \
                     that tolerates more of the declared uncertainty; this section then compares the two."
         } else {
             "No uncertainty is declared, so robustness is not analysed."
         };
-        return Ok(vec![Part::Words(words.into())]);
+        return Ok(vec![Part::Text(text.into())]);
     };
     let inputs = subject.inputs;
     stored.check(inputs, &subject.model, &subject.stored.controller.lft)?;
     let figures = &stored.figures;
     Ok(vec![
-        Part::Words(about(figures)),
+        Part::Text(about(figures)),
         Part::Table(ladder(figures)),
-        Part::Words(proof(figures)),
-        Part::Words(constant(figures)),
+        Part::Text(proof(figures)),
+        Part::Text(constant(figures)),
         Part::Figure(figure(subject, figures)),
         Part::Table(frozen(figures)),
     ])
@@ -42,7 +42,7 @@ fn about(figures: &RobustFigures) -> String {
             channels) may change at any rate within their ranges. The table contains upper bounds of the gain for \
             smaller and larger fractions of the declared uncertainty.",
         figures.gamma,
-        gain_in_words(figures.gamma),
+        gain_text(figures.gamma),
         percent(figures.robust_tolerated_fraction, 1),
         figures.declared(),
         percent(figures.nominal_tolerated_fraction, 1)

@@ -28,7 +28,7 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
     let limited = Envelope::new(subject)?.remark(subject.speeds.iter().map(|speed| (*speed, step.height)));
     let until = shown(steps.iter().map(|step| step.settling_time).fold(0.0, f64::max));
     let mut parts = vec![
-        Part::Words(format!(
+        Part::Text(format!(
             "Simulations of the nonlinear vehicle with the sampled autopilot, lags and limits of the actuators, from \
                 trim.{}{}",
             ends(subject, &pitched, step.name),
@@ -39,7 +39,7 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
             caption: format!(
                 "Steps of the {} reference of {name} by {} at six speeds.{limited}",
                 step.name,
-                step.words()
+                step.text()
             ),
             ..figure(subject, subject.speed_keys(), &pitched, until)
         }),

@@ -13,13 +13,13 @@ use squid_lpv::partition::Sizes;
 pub fn structure(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (plant, k) = (subject.plant.sizes(), subject.controller.parts.sizes());
     let (centre, half_range) = subject.inputs.design.scheduling();
-    let words = format!(
+    let text = format!(
         "Theta = rho I, rho = (V - {})/{}, with the speed V in m/s. In brackets: the number of signals.",
         squid_auv::rounded(centre),
         squid_auv::rounded(half_range)
     );
     Ok(vec![
-        Part::Words(words),
+        Part::Text(text),
         Part::Diagram(scheduled(plant, k)),
         Part::Diagram(augmented(plant, k)),
         Part::Diagram(weighted(subject, k.x)),
@@ -68,11 +68,11 @@ fn loop_through(
     let out = far + 35.0;
     let between = 0.5 * (y + height) + 5.0;
     d.wire(&[(x + far, height), (x + out, height), (x + out, y), (x + near, y)]);
-    let words = [to, from].map(|name| format!("{name} ({size})"));
-    let [right, left] = [&words[0], &words[1]].map(|w| out + LABEL.0 + LABEL.1 * w.len() as f64);
-    d.label((x + right, between), &words[0]);
+    let text = [to, from].map(|name| format!("{name} ({size})"));
+    let [right, left] = [&text[0], &text[1]].map(|w| out + LABEL.0 + LABEL.1 * w.len() as f64);
+    d.label((x + right, between), &text[0]);
     d.wire(&[(x - near, y), (x - out, y), (x - out, height), (x - far, height)]);
-    d.label((x - left, between), &words[1]);
+    d.label((x - left, between), &text[1]);
 }
 
 /// Draws the loop with all copies of the parameter in one block, and a controller without parameters.

@@ -30,7 +30,7 @@ fn reach(theorem: &Theorem, certified: bool) -> &'static str {
 /// None; a failed proof is reported.
 pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
     let apart = !subject.inputs.design.measured.is_empty();
-    let words = match subject.proof() {
+    let text = match subject.proof() {
         Ok(theorem) => vec![
             format!("Proved again for this page, in exact rational arithmetic: {theorem}"),
             format!(
@@ -64,5 +64,5 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
             nonlinearity of the vehicle away from trim; the simulations on this page include all of these, but they \
             are not proofs."
     );
-    Ok(words.into_iter().chain(step).chain([limits]).map(Part::Words).collect())
+    Ok(text.into_iter().chain(step).chain([limits]).map(Part::Text).collect())
 }

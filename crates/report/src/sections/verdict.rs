@@ -13,21 +13,21 @@ pub fn verdict(subject: &Subject) -> Result<Vec<Part>, Error> {
     let verdict = subject.verdict()?;
     let mut table = Table::new(["what", "required", "worst value", "", "where"]);
     let row = |row: &Row| {
-        vec![row.what.clone(), row.required(), row.found(), row.outcome.to_string(), row.achieved.place()]
+        vec![row.name.clone(), row.required(), row.found(), row.outcome.to_string(), row.achieved.condition()]
     };
     table.rows = verdict.rows.iter().map(row).collect();
     if verdict.missed().next().is_some() {
         table.head.push("advice".into());
         for (cells, row) in table.rows.iter_mut().zip(&verdict.rows) {
             let missed = if row.outcome == Outcome::Missed { "`squid design` searches for it" } else { "" };
-            cells.push(row.advice.as_ref().map_or(missed, |advice| &advice.words).into());
+            cells.push(row.advice.as_ref().map_or(missed, |advice| &advice.text).into());
         }
     }
-    let words = format!(
+    let summary = format!(
         "For {}: {}. The limits are those of [require] in {}, or defaults.",
         subject.name(),
         verdict.summary(),
         subject.inputs.design.file
     );
-    Ok(vec![Part::Words(words), Part::Table(table)])
+    Ok(vec![Part::Text(summary), Part::Table(table)])
 }

@@ -1,4 +1,4 @@
-//! Shaping filter in place of a spectrum.
+//! Shaping filter in position of a spectrum.
 
 use squid_sea::{ShapingFilter, Spectrum, encounter_frequency};
 use std::f64::consts::PI;

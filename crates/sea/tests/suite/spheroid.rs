@@ -1,7 +1,7 @@
 //! Loads on a spheroid against published figures, the pressure integrated over the hull, and a panel method.
 
 use proptest::prelude::*;
-use squid_sea::{Axes, Component, GRAVITY, Place, SeaError, Spectrum, Spheroid, Waves};
+use squid_sea::{Axes, Component, GRAVITY, Position, SeaError, Spectrum, Spheroid, Waves};
 use std::f64::consts::{PI, TAU};
 
 const DENSITY: f64 = 1025.0;
@@ -24,11 +24,11 @@ fn axes([roll, pitch, heading]: [f64; 3]) -> Axes {
     [ahead, starboard, down]
 }
 
-fn load(hull: &Spheroid, waves: &Waves, centre: Place, attitude: [f64; 3]) -> [f64; 6] {
+fn load(hull: &Spheroid, waves: &Waves, centre: Position, attitude: [f64; 3]) -> [f64; 6] {
     hull.in_waves(waves, centre, &axes(attitude)).1
 }
 
-const PLACE: Place = Place { time: 7.0, north: 3.0, east: 0.0, depth: 1.5 };
+const POSITION: Position = Position { time: 7.0, north: 3.0, east: 0.0, depth: 1.5 };
 
 /// Returns k1, k2 and k' of a prolate spheroid: Lamb (1932), arts. 114 and 115.
 fn lamb(a: f64, b: f64) -> [f64; 3] {
@@ -57,8 +57,8 @@ fn amplitudes(hull: &Spheroid, heading: f64, depth: f64, frequency: f64) -> [f64
     let one = Component { amplitude: 1.0, frequency, number: frequency * frequency / GRAVITY, phase: 0.0 };
     let waves = Waves::of(vec![one], heading);
     let quarter = TAU / frequency / 4.0;
-    let place = |time: f64| Place { time, north: 0.0, east: 0.0, depth };
-    let loads = [0.0, quarter].map(|time| load(hull, &waves, place(time), [0.0; 3]));
+    let position = |time: f64| Position { time, north: 0.0, east: 0.0, depth };
+    let loads = [0.0, quarter].map(|time| load(hull, &waves, position(time), [0.0; 3]));
     [0, 2, 4].map(|i| loads[0][i].hypot(loads[1][i]))
 }
 
@@ -129,7 +129,7 @@ fn diffraction_multiplies_the_load() {
 /// Returns force and moment of the pressure on the hull, by the midpoint rule along it and around it.
 fn integrated(
     waves: &Waves,
-    centre: Place,
+    centre: Position,
     axes: &Axes,
     heading: f64,
     [a, b]: [f64; 2],
@@ -169,8 +169,8 @@ fn size(load: &[f64]) -> f64 {
 fn oblique_wave_load_is_the_pressure_integral() {
     let heading = 1.1;
     let (waves, attitude) = (sea(heading, 4), [0.7, -0.3, 2.4]);
-    let found = load(&Spheroid::new(1.0, 0.2, DENSITY, NONE).unwrap(), &waves, PLACE, attitude);
-    let expected = integrated(&waves, PLACE, &axes(attitude), heading, [1.0, 0.2], [4000, 48]);
+    let found = load(&Spheroid::new(1.0, 0.2, DENSITY, NONE).unwrap(), &waves, POSITION, attitude);
+    let expected = integrated(&waves, POSITION, &axes(attitude), heading, [1.0, 0.2], [4000, 48]);
     let (force, moment) = (size(&expected[..3]), size(&expected[3..]));
     for i in 0..6 {
         close(found[i], expected[i], 1e-6 * if i < 3 { force } else { moment });
@@ -187,7 +187,7 @@ proptest! {
         roll in -3.0..3.0, pitch in -1.2..1.2, hull_heading in -3.0..3.0,
     ) {
         let (waves, attitude) = (sea(heading, seed), [roll, pitch, hull_heading]);
-        let centre = Place { time, north: 3.0, east: -2.0, depth: 1.5 };
+        let centre = Position { time, north: 3.0, east: -2.0, depth: 1.5 };
         let found = load(&Spheroid::new(1.0, radius, DENSITY, NONE).unwrap(), &waves, centre, attitude);
         let expected = integrated(&waves, centre, &axes(attitude), heading, [1.0, radius], [200, 120]);
         for i in 0..6 {
@@ -199,9 +199,9 @@ proptest! {
     #[test]
     fn motion_is_that_of_the_waves(time in 0.0..100.0, depth in 1.0..10.0) {
         let waves = sea(1.0, 5);
-        let place = Place { time, north: -2.0, east: 1.0, depth };
+        let position = Position { time, north: -2.0, east: 1.0, depth };
         let hull = Spheroid::new(1.0, 0.1, DENSITY, NONE).unwrap();
-        prop_assert_eq!(hull.in_waves(&waves, place, &axes([0.1, 0.3, 0.2])).0, waves.motion(place));
+        prop_assert_eq!(hull.in_waves(&waves, position, &axes([0.1, 0.3, 0.2])).0, waves.motion(position));
     }
 
     /// The load depends on the difference of the headings of hull and waves only.
@@ -211,10 +211,10 @@ proptest! {
     ) {
         let hull = with_added_mass(0.8, 0.1);
         let (sin, cos) = f64::sin_cos(hull_heading);
-        let there = Place { north: distance * cos, east: distance * sin, ..PLACE };
+        let there = Position { north: distance * cos, east: distance * sin, ..POSITION };
         let rotated = load(&hull, &sea(heading, 3), there, [roll, pitch, hull_heading]);
         let relative = sea(heading - hull_heading, 3);
-        let ahead = load(&hull, &relative, Place { north: distance, ..PLACE }, [roll, pitch, 0.0]);
+        let ahead = load(&hull, &relative, Position { north: distance, ..POSITION }, [roll, pitch, 0.0]);
         (0..6).for_each(|i| close(rotated[i], ahead[i], 1e-10 * size(&ahead)));
     }
 
@@ -224,8 +224,8 @@ proptest! {
         heading in -PI..PI, hull_heading in -3.0..3.0, roll in -3.0..3.0, pitch in -1.2..1.2, east in -10.0..10.0,
     ) {
         let hull = with_added_mass(0.8, 0.1);
-        let one = load(&hull, &sea(heading, 3), Place { east, ..PLACE }, [roll, pitch, hull_heading]);
-        let other = load(&hull, &sea(-heading, 3), Place { east: -east, ..PLACE }, [-roll, pitch, -hull_heading]);
+        let one = load(&hull, &sea(heading, 3), Position { east, ..POSITION }, [roll, pitch, hull_heading]);
+        let other = load(&hull, &sea(-heading, 3), Position { east: -east, ..POSITION }, [-roll, pitch, -hull_heading]);
         let sides = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
         (0..6).for_each(|i| close(other[i], sides[i] * one[i], 1e-10 * size(&one)));
     }
@@ -237,8 +237,8 @@ proptest! {
         heading in -PI..PI, hull_heading in -3.0..3.0, roll in -3.0..3.0, pitch in -1.2..1.2,
     ) {
         let (hull, waves) = (with_added_mass(0.8, 0.1), sea(heading, 3));
-        let [x, y, z, k, m, n] = load(&hull, &waves, PLACE, [roll, pitch, hull_heading]);
-        let rolled = load(&hull, &waves, PLACE, [roll + PI / 2.0, pitch, hull_heading]);
+        let [x, y, z, k, m, n] = load(&hull, &waves, POSITION, [roll, pitch, hull_heading]);
+        let rolled = load(&hull, &waves, POSITION, [roll + PI / 2.0, pitch, hull_heading]);
         for (found, expected) in rolled.into_iter().zip([x, z, -y, k, n, -m]) {
             close(found, expected, 1e-10 * size(&rolled));
         }
@@ -254,10 +254,10 @@ fn vertical_plane_matches_the_first_version() {
     (mass[2][4], mass[4][2]) = (-3.0, -3.0);
     let hull = Spheroid::new(1.0, 0.125, DENSITY, mass).unwrap();
     let waves = sea(2.5, 7);
-    let place = Place { time: 12.0, north: 3.0, east: 0.0, depth: 1.5 };
+    let position = Position { time: 12.0, north: 3.0, east: 0.0, depth: 1.5 };
     let axes = axes([0.0, 0.3, 0.0]);
-    let (motion, load) = hull.in_waves(&waves, place, &axes);
-    let slopes = hull.slopes_in_waves(&waves, place, &axes);
+    let (motion, load) = hull.in_waves(&waves, position, &axes);
+    let slopes = hull.slopes_in_waves(&waves, position, &axes);
     for (found, expected) in [load, slopes[0], slopes[1], slopes[3], slopes[5]].into_iter().zip(FIRST) {
         [0, 2, 4].into_iter().zip(expected).for_each(|(i, expected)| close(found[i], expected, 1e-12));
     }
@@ -319,10 +319,10 @@ proptest! {
                 let turn = [[0.0, r, -q], [-r, 0.0, p], [q, -p, 0.0]];
                 axes[i][j] + (0..3).map(|l| turn[i][l] * axes[l][j]).sum::<f64>()
             }));
-            hull.in_waves(&waves, Place { time, north, east, depth }, &rotated).1
+            hull.in_waves(&waves, Position { time, north, east, depth }, &rotated).1
         };
         let here = [3.0, north, east, depth, 0.0, 0.0, 0.0];
-        let exact = hull.slopes_in_waves(&waves, Place { time: 3.0, north, east, depth }, &axes);
+        let exact = hull.slopes_in_waves(&waves, Position { time: 3.0, north, east, depth }, &axes);
         let size: [f64; 6] = std::array::from_fn(|i| 0.1 + exact.iter().map(|slope| slope[i].abs()).sum::<f64>());
         for (j, slope) in exact.into_iter().enumerate() {
             let h = 1e-5;

@@ -1,7 +1,7 @@
 //! Components, elevation and orbital motion.
 
 use proptest::prelude::*;
-use squid_sea::{Component, GRAVITY, Place, SeaError, Spectrum, Waves, encounter_frequency};
+use squid_sea::{Component, GRAVITY, Position, SeaError, Spectrum, Waves, encounter_frequency};
 use std::f64::consts::{PI, TAU};
 
 fn sea(heading: f64, seed: u64) -> Waves {
@@ -49,7 +49,7 @@ fn time_history_matches_the_spectrum() {
     for i in 0..count {
         let time = 0.25 * f64::from(i);
         heights += waves.elevation(time, [0.0; 2]).powi(2);
-        speeds += waves.motion(Place { time, north: 0.0, east: 0.0, depth: 5.0 }).velocity[2].powi(2);
+        speeds += waves.motion(Position { time, north: 0.0, east: 0.0, depth: 5.0 }).velocity[2].powi(2);
     }
     close(4.0 * (heights / f64::from(count)).sqrt(), HEIGHT, 0.03);
     close((speeds / f64::from(count)).sqrt(), 0.137, 0.004);
@@ -74,13 +74,13 @@ proptest! {
         depth in 0.0..20.0,
     ) {
         let waves = sea(heading, seed);
-        let at = |[time, north, east, depth]: [f64; 4]| waves.motion(Place { time, north, east, depth });
-        let place = [time, north, east, depth];
-        let here = at(place);
+        let at = |[time, north, east, depth]: [f64; 4]| waves.motion(Position { time, north, east, depth });
+        let position = [time, north, east, depth];
+        let here = at(position);
         let h = 1e-5;
         let [by_north, by_east, by_depth] = here.by_place;
         for (j, slope) in [here.by_time, by_north, by_east, by_depth].into_iter().enumerate() {
-            let shifted = |by: f64| at(std::array::from_fn(|i| place[i] + if i == j { by } else { 0.0 })).velocity;
+            let shifted = |by: f64| at(std::array::from_fn(|i| position[i] + if i == j { by } else { 0.0 })).velocity;
             let (above, below) = (shifted(h), shifted(-h));
             (0..3).for_each(|i| close(slope[i], (above[i] - below[i]) / (2.0 * h), 1e-6));
         }
@@ -96,8 +96,8 @@ proptest! {
     /// The elevation varies along the direction of travel and is constant across it.
     #[test]
     fn waves_are_long_crested(heading in -PI..PI, time in 0.0..100.0, along in -50.0..50.0, across in -50.0..50.0) {
-        let place = [along * heading.cos() - across * heading.sin(), along * heading.sin() + across * heading.cos()];
-        close(sea(heading, 3).elevation(time, place), sea(0.0, 3).elevation(time, [along, 0.0]), 1e-10);
+        let position = [along * heading.cos() - across * heading.sin(), along * heading.sin() + across * heading.cos()];
+        close(sea(heading, 3).elevation(time, position), sea(0.0, 3).elevation(time, [along, 0.0]), 1e-10);
     }
 
     /// An observer moving with the vehicle sees the wave repeat after its encounter period.

@@ -41,9 +41,9 @@ pub fn text(vehicle: &Vehicle, found: &Lateral) -> String {
     for (index, one) in &steering {
         let (factor, unit) = readable(one.unit());
         let gain = found.gain(*index).map(|gain| gain.to_degrees() / factor);
-        let words = gain.map_or("none".to_owned(), |gain| format!("{} deg/s per {unit}", decimals(gain, 4)));
+        let effect = gain.map_or("none".to_owned(), |gain| format!("{} deg/s per {unit}", decimals(gain, 4)));
         let first = if found.b[(2, *index)] < 0.0 { "port" } else { "starboard" };
-        out += &format!("  {:<18} {words}; a positive output initially turns to {first}\n", one.name);
+        out += &format!("  {:<18} {effect}; a positive output initially turns to {first}\n", one.name);
     }
     out += "\nSteady turns to starboard at constant depth\n";
     let mut row = |name: &str, of: &dyn Fn(&Turn) -> String| {

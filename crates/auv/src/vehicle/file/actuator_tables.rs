@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 use squid_signals::Curve;
 
 use crate::motion::dynamics::add;
+use crate::text::{number, readable, rounded};
 use crate::toml_file::{FileProblem, Table, cited};
 use crate::vehicle::actuator::{Actuator, Effect, LAG_WITH_RATE, allowed, is_actuator_name};
 use crate::vehicle::file::curve_table::{self, CURVE, SQUARE};
 use crate::vehicle::file::units::Units;
-use crate::words::{number, readable, rounded};
 
 const ANGLES: [&str; 2] = ["rad", "deg"];
 const THRUSTER: [&str; 13] =

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use squid_signals::{COMMAND_UNITS, Curve, POINTS};
 
+use crate::text::number;
 use crate::toml_file::{Table, cited};
 use crate::vehicle::allowed::Allowed;
-use crate::words::number;
 
 /// Key of a table of points.
 pub(super) const CURVE: &str = "curve";

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use crate::text::number;
 use crate::toml_file::Table;
 use crate::vehicle::allowed::Allowed;
 use crate::vehicle::geometry::Geometry;
-use crate::words::number;
 
 /// Name of the section.
 pub(super) const SECTION: &str = "geometry";

@@ -1,8 +1,8 @@
 //! Lift, damping and added mass that feed energy to the motion, which is physically impossible.
 
+use crate::text::rounded;
 use crate::vehicle::Vehicle;
 use crate::vehicle::coefficients::Coefficients;
-use crate::words::rounded;
 use squid_finding::Finding;
 
 /// Tolerance of the inequality for rounded numbers of a source.

@@ -1,8 +1,8 @@
 //! Inconsistent thrust, drag and lengths.
 
 use crate::motion::dynamics::actuator_force;
+use crate::text::rounded;
 use crate::vehicle::Vehicle;
-use crate::words::rounded;
 use squid_finding::Finding;
 
 /// Speed above which it is unusual \[m/s\].

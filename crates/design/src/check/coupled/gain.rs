@@ -80,14 +80,14 @@ impl Coupling {
     }
 
     /// Describes the proved claim; `names` are those of the axes.
-    pub fn words(&self, names: [&str; 2]) -> String {
-        words(self.rates, (self.share, self.taken), names, self.gains())
+    pub fn claim(&self, names: [&str; 2]) -> String {
+        claim(self.rates, (self.share, self.taken), names, self.gains())
     }
 }
 
 /// Describes the claim proved by two gains below 1, for rates of turn \[rad/s\], their fraction of the limit and the
 /// coupling relative to the allowed one; `names` are those of the axes.
-pub fn words(rates: [f64; 2], (share, taken): (f64, f64), names: [&str; 2], gains: [f64; 2]) -> String {
+pub fn claim(rates: [f64; 2], (share, taken): (f64, f64), names: [&str; 2], gains: [f64; 2]) -> String {
     let [least, most] = rates.map(|rate| tidy((100.0 * rate.to_degrees() + ROUNDING).floor() / 100.0, 2));
     let rates = if least == most {
         format!("{least} deg/s")

@@ -7,7 +7,7 @@ use squid_auv::toml_file::Table;
 
 /// Fraction of an actuator's limits.
 const AUTHORITY: Range =
-    Range { least: 0.1, most: 1.0, words: "from 0.1 to 1, as a fraction of the limits of each actuator" };
+    Range { least: 0.1, most: 1.0, text: "from 0.1 to 1, as a fraction of the limits of each actuator" };
 
 /// Largest pitch reference, deg: Euler angles and the planar model break down near 90.
 const STEEPEST: f64 = 60.0;

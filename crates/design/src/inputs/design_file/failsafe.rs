@@ -6,10 +6,10 @@ use squid_auv::toml_file::Table;
 use squid_signals::Signal;
 
 /// Time without change after which a measurement counts as lost.
-const STALE: Range = Range { least: 0.0, most: 60.0, words: "from 0 (never) to 60 (s)" };
+const STALE: Range = Range { least: 0.0, most: 60.0, text: "from 0 (never) to 60 (s)" };
 
 /// Time between two values of a sensor.
-const PERIOD: Range = Range { least: 0.0, most: 60.0, words: "from 0 (each tick) to 60 (s)" };
+const PERIOD: Range = Range { least: 0.0, most: 60.0, text: "from 0 (each tick) to 60 (s)" };
 
 impl Failsafe {
     /// Reads the section; only signals that are `measured` may have a table of their sensor.

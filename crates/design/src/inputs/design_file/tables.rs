@@ -188,7 +188,7 @@ fn design(
     let reduce = synthesis.as_ref().map_or(Some(None), reduce);
     let bounded = synthesis.filter(|table| table.has("rate"));
     let rate =
-        bounded.map_or(Some(None), |table| table.number("rate", |v| RATE.allows(v), RATE.words).map(Some));
+        bounded.map_or(Some(None), |table| table.number("rate", |v| RATE.allows(v), RATE.text).map(Some));
     let autopilot = root.required_table("autopilot", "sample_time (s)");
     let autopilot = autopilot.as_ref().map(Autopilot::of);
     let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);

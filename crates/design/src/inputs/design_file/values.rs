@@ -9,7 +9,7 @@ pub(super) const ROUNDING: f64 = 1e-9;
 
 /// Reads a number in a range, in the unit of its key.
 pub(super) fn within(table: &Table<'_>, key: &str, range: Range) -> Option<f64> {
-    table.number(key, |v| range.allows(v), range.words)
+    table.number(key, |v| range.allows(v), range.text)
 }
 
 /// Reads a weight `key` at low frequencies that rises by the factor `rise` above `corner`; both are given or neither.

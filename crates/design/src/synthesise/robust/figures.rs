@@ -14,8 +14,8 @@ pub fn gain_allowed(nominal: f64) -> f64 {
     (ROBUST_GAIN_FACTOR * nominal).max(UNIT_GAIN)
 }
 
-/// A description of [`gain_allowed`].
-pub fn gain_in_words(gamma: f64) -> String {
+/// Description of [`gain_allowed`].
+pub fn gain_text(gamma: f64) -> String {
     if gamma > UNIT_GAIN {
         format!("{ROBUST_GAIN_FACTOR} times the bound of the nominal controller")
     } else {
@@ -69,7 +69,7 @@ pub struct Frozen {
 
 impl RobustFigures {
     /// The figures as text for a terminal.
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         let number = |g: Option<f64>| g.map_or_else(|| "none".into(), above);
         let mut out = format!(
             "At a gain of {:.4}, {}, the fraction of {} that is tolerated if it varies arbitrarily fast:\n\x20 nominal \
@@ -77,7 +77,7 @@ impl RobustFigures {
              Upper bound of the gain over the fraction of the declared uncertainty, varying arbitrarily fast\n    \
              fraction     nominal      robust\n",
             self.gamma,
-            gain_in_words(self.gamma),
+            gain_text(self.gamma),
             self.declared(),
             100.0 * self.nominal_tolerated_fraction,
             100.0 * self.robust_tolerated_fraction,
@@ -141,7 +141,7 @@ impl RobustFigures {
     }
 }
 
-/// The declared uncertainty without that of some parameters, in words.
+/// The declared uncertainty without that of some parameters.
 pub fn declared_without(left_out: &[String]) -> String {
     match left_out {
         [] => "the declared uncertainty".into(),
@@ -149,7 +149,7 @@ pub fn declared_without(left_out: &[String]) -> String {
     }
 }
 
-/// A list in words: A, B and C.
+/// A list: A, B and C.
 fn listed(names: &[String]) -> String {
     match names {
         [] => String::new(),

@@ -89,7 +89,7 @@ impl StoredRobust {
 pub struct CoveredUncertainty {
     /// The fraction of the declared uncertainty.
     pub fraction: f64,
-    /// The uncertainty that this is a fraction of, in words.
+    /// The uncertainty that this is a fraction of.
     pub declared: String,
 }
 

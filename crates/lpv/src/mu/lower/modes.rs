@@ -17,13 +17,13 @@ pub(super) struct Mode {
 }
 
 /// A block with its entries of w and of z.
-pub(super) type Place = (Block, Range<usize>, Range<usize>);
+pub(super) type Conditioning = (Block, Range<usize>, Range<usize>);
 
 /// A matrix M and the structure of Q.
 pub(super) struct Modes<'a> {
     pub(super) m: &'a CMat,
     pub(super) structure: &'a Structure,
-    pub(super) places: Vec<Place>,
+    pub(super) places: Vec<Conditioning>,
 }
 
 impl<'a> Modes<'a> {

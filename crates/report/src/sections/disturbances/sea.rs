@@ -79,7 +79,7 @@ pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
         keys: subject.speed_keys(),
         charts: names.iter().enumerate().map(chart).collect(),
     };
-    let mut parts = vec![Part::Words(about(sea, depth)), Part::Table(table)];
+    let mut parts = vec![Part::Text(about(sea, depth)), Part::Table(table)];
     parts.extend((depths.len() > 1 && depth > 0.0).then_some(Part::Figure(figure)));
     Ok(parts)
 }

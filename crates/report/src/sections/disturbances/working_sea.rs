@@ -58,7 +58,7 @@ pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
         let begin = [format!("{speed:.2}"), ["yes", "no"][*which].into()];
         table.rows.push(begin.into_iter().chain((0..squares.len()).map(cell)).collect());
     }
-    let mut parts = vec![Part::Words(about(sea)), Part::Table(table)];
+    let mut parts = vec![Part::Text(about(sea)), Part::Table(table)];
     // The climb is a pitch step.
     if subject.inputs.design.stepped() == PITCH {
         parts.push(Part::Figure(climb(subject, sea, both)?));
@@ -178,7 +178,7 @@ mod tests {
         let mut subject = Subject::new(&inputs, &stored, &progress).unwrap();
         subject.speeds = vec![1.4, 2.2];
         let parts = working_sea(&subject).unwrap();
-        let [Part::Words(_), Part::Table(table), Part::Figure(figure)] = &parts[..] else {
+        let [Part::Text(_), Part::Table(table), Part::Figure(figure)] = &parts[..] else {
             panic!("{parts:?}")
         };
         assert_eq!(table.rows.len(), 2 * subject.speeds.len());

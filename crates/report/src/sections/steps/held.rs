@@ -28,7 +28,7 @@ pub fn held(subject: &Subject) -> Result<Vec<Part>, Error> {
     let steering = |(_, one): &(&Actuator, &squid_scheduled::Actuator)| !one.steers.is_empty();
     let all = inputs.vehicle.actuators.iter().zip(&controller.actuators).filter(steering);
     let names: Vec<&str> = all.map(|(one, _)| one.name.as_str()).collect();
-    let words = format!(
+    let text = format!(
         "A moment increases within {RISE:.0} s to {FACTOR} times the moment that the actuators can hold at unchanged \
          thrust along the hull, acts for {HELD:.0} s and decreases within {RISE:.0} s; a pitch moment exceeds that \
          of the actuators by at most half the righting moment of the hull. While {} stays at its limit, the \
@@ -38,8 +38,8 @@ pub fn held(subject: &Subject) -> Result<Vec<Part>, Error> {
     let lost = subject.speeds.iter().zip(&flights).filter(|(_, flight)| flight.is_none());
     let lost: Vec<String> = lost.map(|(speed, _)| format!("{speed:.2}")).collect();
     let Some(flights) = flights.into_iter().collect::<Option<Vec<Flight>>>() else {
-        let words = format!("{words} At {} m/s the simulation fails.", lost.join(", "));
-        return Ok(vec![Part::Words(words)]);
+        let text = format!("{text} At {} m/s the simulation fails.", lost.join(", "));
+        return Ok(vec![Part::Text(text)]);
     };
     let figure = Figure {
         name: "held-responses".into(),
@@ -49,5 +49,5 @@ pub fn held(subject: &Subject) -> Result<Vec<Part>, Error> {
         ),
         ..steps::figure(subject, subject.speed_keys(), &flights, SHOWN)
     };
-    Ok(vec![Part::Words(words), Part::Figure(figure)])
+    Ok(vec![Part::Text(text), Part::Figure(figure)])
 }

@@ -66,13 +66,13 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         let (name, shown) = (step.name, tidy(step.factor * size, 1));
         let speeds = pairs.iter().map(|pair| format!("{:.2}", pair.speed)).collect::<Vec<_>>().join(", ");
         let both = pairs.iter().flat_map(|pair| [-size, size].map(|height| (pair.speed, height)));
-        let words = format!(
+        let text = format!(
             "At {speeds} m/s, steps of the {name} reference by {shown} {}, in either direction, saturate no \
                  command.{}",
             step.unit,
             envelope.remark(both)
         );
-        return Ok(vec![Part::Words(words)]);
+        return Ok(vec![Part::Text(text)]);
     }
     let mut table = Table::new(["speed (m/s)"]);
     let from = if ["depth", "heading"].contains(&step.name) { "start" } else { "trim" };
@@ -94,7 +94,7 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
             table.rows.push(row);
         }
     }
-    let words = format!(
+    let text = format!(
         "A step of the {} reference by {} {} is removed after {HELD} s, and the simulation continues for {FLOWN} s, \
              in deep water; at each speed the direction is that in which a command saturates longer without \
              anti-windup. Anti-windup feeds the saturated part of the commands back into the states of the \
@@ -104,7 +104,7 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         step.unit,
         envelope.remark(pairs.iter().map(|pair| (pair.speed, pair.height)))
     );
-    let mut parts = vec![Part::Words(words), Part::Table(table)];
+    let mut parts = vec![Part::Text(text), Part::Table(table)];
     let drawn = pairs.into_iter().filter(|pair| pair.with.is_some() || pair.without.is_some());
     let most = drawn.max_by(|a, b| a.limited(subject).total_cmp(&b.limited(subject)));
     if let Some(Pair { speed, with, without, .. }) = most {
@@ -194,7 +194,7 @@ mod tests {
         let progress = Progress::default();
         let subject = Subject::new(&inputs, &stored, &progress).unwrap();
         let parts = limits(&subject).unwrap();
-        let Part::Words(said) = &parts[0] else { panic!("{parts:?}") };
+        let Part::Text(said) = &parts[0] else { panic!("{parts:?}") };
         insta::assert_snapshot!(said);
         if let Some(Part::Table(table)) = parts.get(1) {
             let used = |row: &Vec<String>| (row[1].ends_with("30"), row[2].trim_start_matches('-') == "5");

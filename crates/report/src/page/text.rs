@@ -6,7 +6,7 @@ pub fn escaped(text: &str) -> String {
 }
 
 /// Returns the text with a capital first letter.
-pub fn capital(words: &str) -> String {
-    let mut letters = words.chars();
+pub fn capital(text: &str) -> String {
+    let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
