@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 pub const COMMAND_UNITS: [&str; 5] = ["1", "%", "us", "rpm", "rad/s"];
 
 /// Condition on the points of a curve, for messages.
-pub const POINTS: &str = "at least two pairs [command, thrust] with increasing commands and non-decreasing thrusts \
-                          that include or span zero";
+pub const POINTS: &str = "at least two pairs [command, thrust]: commands increase, thrusts do not decrease, and one \
+                          thrust is zero or the first is negative and the last positive";
 
 /// Thrust T \[N\] over command c: a table of points or a square law, each with zero thrust within its range.
 ///

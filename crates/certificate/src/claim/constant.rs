@@ -143,16 +143,18 @@ impl fmt::Display for ConstantTheorem {
         let Self { gamma, varying, rates, constant, scheduled, states, errors } = self;
         let s = |n: usize| if n == 1 { "" } else { "s" };
         let varying = (*varying > 0)
-            .then(|| format!("every measurable trajectory of {varying} parameter{}", s(*varying)));
+            .then(|| format!("every measurable trajectory in [-1, 1] of {varying} parameter{}", s(*varying)));
         let slow = rates.iter().map(|rate| {
-            format!("every trajectory of one parameter that changes by at most {rate} per unit of time")
+            format!(
+                "every trajectory in [-1, 1] of one parameter that changes by at most {rate} per unit of time"
+            )
         });
-        let constant =
-            (*constant > 0).then(|| format!("every constant value of {constant} parameter{}", s(*constant)));
+        let constant = (*constant > 0)
+            .then(|| format!("every constant value in [-1, 1] of {constant} parameter{}", s(*constant)));
         let cases: Vec<String> = varying.into_iter().chain(slow).chain(constant).collect();
         write!(
             f,
-            "For {}, all in [-1, 1], the closed loop of {states} state{}, whose controller depends on {scheduled} \
+            "For {}, the closed loop of {states} state{}, whose controller depends on {scheduled} \
              parameter{}, is exponentially stable and its L2 gain from w to z is below {gamma}",
             cases.join(" and "),
             s(*states),
