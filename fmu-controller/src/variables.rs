@@ -47,8 +47,8 @@ impl Input {
                 within_range(of(&signal.name, &signal.measured), signal, design, true)
             }
             Self::Reference(index) => {
-                let (signal, (name, wanted)) = (&design.signals[index], reference(design, index));
-                within_range(of(name, wanted), signal, design, false)
+                let (signal, (name, description)) = (&design.signals[index], reference(design, index));
+                within_range(of(name, description), signal, design, false)
             }
             Self::Applied(index) => {
                 let actuator = &design.actuators[index];
@@ -223,8 +223,8 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
     let reference =
         scheduled.and_then(|signal| signal.reference.as_ref()).map(|reference| reference.name.as_str());
     let (speed, which) = match reference.filter(|_| !design.speed_given) {
-        Some(reference) => (reference, "wanted"),
-        None => (measured, "given"),
+        Some(reference) => (reference, "reference"),
+        None => (measured, "imposed"),
     };
     // A limit may depend on the speed, and a reference may start at the measurement.
     let inputs = all_inputs(design);

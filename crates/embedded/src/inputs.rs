@@ -27,9 +27,9 @@ pub(crate) fn inputs(design: &ControllerDesign) -> Vec<Input> {
     };
     let input = |index: usize, measured: bool| {
         let signal = &design.signals[index];
-        let wanted = signal.reference.as_ref().filter(|_| !measured);
+        let reference = signal.reference.as_ref().filter(|_| !measured);
         let (name, what) =
-            wanted.map_or((&signal.name, &signal.measured), |one| (&one.name, &one.description));
+            reference.map_or((&signal.name, &signal.measured), |one| (&one.name, &one.description));
         Input { name: name.clone(), signal: index, measured, comment: comment(signal, measured, what) }
     };
     let measured = measurements(design).into_iter().map(|index| input(index, true));

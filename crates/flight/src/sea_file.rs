@@ -25,7 +25,7 @@ impl Sea {
 
 fn sea(root: &Table<'_>) -> Option<Sea> {
     root.allow_only(&["seed", "depth", "waves", "current", "gauss_markov", "sensor", "bottom"]);
-    let seed = root.whole("seed", |_| true, "an integer of at least 0");
+    let seed = root.whole("seed", |_| true, "at least 0");
     let depth = root.has("depth").then(|| root.number("depth", |depth| depth >= 0.0, DEPTH));
     let waves = root.table("waves").map(|table| WaveParameters::of(&table, &["components"]));
     let current = current(root.table("current").as_ref());
@@ -144,7 +144,21 @@ fn current(table: Option<&Table<'_>>) -> Option<(Layers, f64)> {
         );
         return None;
     }
+    if let Some(found) = misplaced_depth(&layers) {
+        table.not_allowed("layers", found, Layers::ALLOWED);
+        return None;
+    }
     Some((report_at_key(table, Layers::new(&layers))?, vertical))
+}
+
+/// Describes the first depth of the layers that is negative or does not increase.
+fn misplaced_depth(layers: &[[f64; 2]]) -> Option<String> {
+    let negative = layers.first().filter(|[depth, _]| *depth < 0.0);
+    let negative = negative.map(|[depth, _]| format!("a depth of {} m", number(*depth)));
+    negative.or_else(|| {
+        let pair = layers.windows(2).find(|pair| pair[1][0] <= pair[0][0])?;
+        Some(format!("a depth of {} m after {} m", number(pair[1][0]), number(pair[0][0])))
+    })
 }
 
 /// Returns `true` if a velocity of the water is plausible: the fastest tidal streams stay below 11 m/s.

@@ -69,8 +69,8 @@ fn names_features_beyond_a_steady_sea() {
     for (part, expected) in [
         ("[current]\nlayers = [[0.0, 0.4], [15.0, 0.1]]\n", "a current in layers"),
         ("[gauss_markov]\nmu = 0.1\nnoise = 0.02\nmin = -0.2\nmax = 0.2\n", "a Gauss-Markov current"),
-        ("[[sensor]]\nsignal = \"heave\"\nunit = \"m/s\"\ndelay = 0.1\n", "errors of the sensor of heave"),
-        (&format!("{WAVES}components = 50\n"), "waves of 50 components, only of 100"),
+        ("[[sensor]]\nsignal = \"heave\"\nunit = \"m/s\"\ndelay = 0.1\n", "errors of the heave sensor"),
+        (&format!("{WAVES}components = 50\n"), "waves with 50 components, only with 100"),
     ] {
         assert_eq!(feature(&format!("seed = 1\n{part}")).as_deref(), Some(expected));
     }

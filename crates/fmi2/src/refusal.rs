@@ -37,8 +37,8 @@ pub enum Refusal {
         count.saturating_sub(1)
     )]
     UnknownReference { reference: u32, count: usize },
-    #[error("variable '{name}' is not of type {wanted}")]
-    WrongType { name: String, wanted: &'static str },
+    #[error("variable '{name}' is not of type {expected}")]
+    WrongType { name: String, expected: &'static str },
     #[error("variable '{name}' may not be set in state '{phase}'")]
     NotSettable { name: String, phase: &'static str },
     #[error("variable '{name}' cannot be set to {}; only finite numbers are allowed", Number(*value))]

@@ -25,8 +25,8 @@ pub fn unproved(axes: usize, coupled: bool) -> Option<&'static str> {
          applies to the linear motion in continuous time, without limits of actuators; everything else is simulated \
          (squid simulate)."
     } else {
-        "Each axis is proved alone, about straight level flight without roll, where the axes decouple. What a turn or \
-         a roll couples is simulated, and checked in frozen turns (squid simulate), not proved."
+        "Each axis is proved separately, for straight level flight without roll, where the axes decouple. The \
+         coupling in turns or roll is not proved, but simulated and checked in frozen turns (squid simulate)."
     })
 }
 

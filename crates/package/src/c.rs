@@ -84,8 +84,8 @@ pub fn pack(
 
 /// Returns a statement of what no claim of a certificate covers.
 fn limits_of_the_proof() -> String {
-    "This is of the controller in continuous time and of linear models. What is proved of the sampled loop \
-     is in the design's sampled_certificate.json; rounding, other saturation and the nonlinear vehicle are not covered."
+    "This applies to the controller in continuous time and to linear models. Claims about the sampled loop are in \
+     sampled_certificate.json of the design; rounding, other saturation and the nonlinear vehicle are not covered."
         .to_owned()
 }
 

@@ -58,9 +58,9 @@ impl Contents {
     /// Returns one line for each of the two lists that is not empty.
     pub fn lines(&self) -> Vec<String> {
         let lines = [
-            ("identical, to the byte, to what this squid packs", &self.identical),
+            ("identical, to the byte, to the files that this version of squid packs", &self.identical),
             (
-                "NOT EXAMINED, because this squid packs none or another, or cannot make it here",
+                "NOT EXAMINED, because this version of squid packs none, a different one, or cannot create it here",
                 &self.unexamined,
             ),
         ];

@@ -55,7 +55,7 @@ pub fn verify(
     let wrong = |what: String| Error::from(ProofError::Mismatch { what });
     let ([first, second], [Some(one), Some(other)]) = (controllers, found) else {
         return match CERTIFICATES.iter().zip(found).find(|(_, text)| text.is_some()) {
-            Some((name, _)) => Err(wrong(format!("resources/{name}, without what belongs to it,"))),
+            Some((name, _)) => Err(wrong(format!("resources/{name}, without its counterpart,"))),
             None => Ok((None, None)),
         };
     };
@@ -68,15 +68,18 @@ pub fn verify(
         lft.blocks.resize(certificate.blocks.len().max(lft.blocks.len()), 0);
         same_controller(&lft, &certificate)?;
         let gamma = certificate.prove()?.gamma.filter(|gamma| *gamma < 1.0);
-        Ok((certificate, gamma.ok_or_else(|| wrong(format!("{file}: the gain, not proved to be below 1,")))?))
+        Ok((
+            certificate,
+            gamma.ok_or_else(|| wrong(format!("{file}: the gain, which is not proved to be below 1,")))?,
+        ))
     };
     let [(one, first), (other, second)] = [proved(0, one)?, proved(1, other)?];
     let names = both.map(ControllerDesign::steered_signal);
     let (names, gains) = (names.each_ref().map(String::as_str), [first, second]);
     let Some([inputs, ..]) = inputs else {
         let unknown = format!(
-            "nothing is claimed of both axes in turns without --vehicle: that the plants of {} are those of turns of \
-             the vehicle, and how fast these are, is computed from its files",
+            "nothing is claimed about both axes in turns without --vehicle, because the turns to which the plants of \
+             {} belong, and their rates, are computed from the files of the vehicle",
             CERTIFICATES.join(" and ")
         );
         return Ok((None, Some(unknown)));

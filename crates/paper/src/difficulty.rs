@@ -40,7 +40,7 @@ fn measures(subject: &Subject, figures: &[StepFigures], peaks: &[f64]) -> [Measu
     let alone = |i: usize| subject.alone()[i].as_ref().map_or(f64::NAN, |design| design.gamma_optimum);
     let peak = |i: usize| peaks[i];
     [
-        ("least gamma of a controller for this speed alone (continuous time)", at(&alone)),
+        ("least gamma of a controller for this speed only (continuous time)", at(&alone)),
         ("peak of |S| of pitch, as implemented", at(&peak)),
         ("settling of a step (s)", at(&|i| figures[i].settling_time)),
         ("largest actuator use (%)", at(&|i| 100.0 * figures[i].actuator_use)),

@@ -27,7 +27,7 @@ type SectionSource = (&'static str, &'static str, fn(&Subject) -> Result<Found, 
 /// Sections after those of every report and before the claims.
 const SECTIONS: [SectionSource; 4] = [
     ("tuning", "The paper's Fig. 5: pitch responses for three bandwidths of the weight", tuning::tuning),
-    ("open-loop", "The paper's Fig. 6: the vehicle alone", open_loop::open_loop),
+    ("open-loop", "The paper's Fig. 6: the open-loop vehicle", open_loop::open_loop),
     ("difficulty", "Speeds at which control is most difficult", difficulty::difficulty),
     ("switching", "Scheduled against switched controllers", switching::switching),
 ];

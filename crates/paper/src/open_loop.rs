@@ -68,7 +68,7 @@ pub fn open_loop(subject: &Subject) -> Result<Found, Error> {
 fn claim(pairs: &[(f64, f64)]) -> Claim {
     let faster = pairs.iter().filter(|(closed, open)| closed < open).count();
     Claim {
-        claim: "compared with the vehicle alone (Fig. 6), the responses of the closed loop are fast (section 4).",
+        claim: "compared with the open-loop vehicle (Fig. 6), the responses of the closed loop are fast (section 4).",
         criterion: format!(
             "the pitch step of the closed loop settles to {:.0} % sooner than the open-loop vehicle after a step of \
                 its actuator, within {FLOWN} s, at each of the {} speeds.",

@@ -21,7 +21,7 @@ pub struct Step<'a> {
     /// Upper limit of the claimed step.
     pub largest: f64,
     /// Smallest step that should be proved.
-    pub wanted: f64,
+    pub required: f64,
     /// Anti-windup gains, states x commands: the first with which the required step is proved is used.
     pub gains: &'a [Rows],
     /// Bound on the entries of a computed anti-windup gain \[1/s\]; `None` to try only the given ones.
@@ -56,7 +56,7 @@ pub fn with_limits(
     let Some((ball, robust)) = certificate.model_error().zip(certificate.robust_gain()) else {
         return Ok(None);
     };
-    let Step { input, largest, wanted, states, mut commands, rates, .. } = step;
+    let Step { input, largest, required, states, mut commands, rates, .. } = step;
     let kept = certificate.moving_states();
     let (n, m) = (plant.a().nrows(), commands.len());
     commands.extend(rates.values());
@@ -83,7 +83,7 @@ pub fn with_limits(
         input,
         largest,
     };
-    let found = search(&limited, wanted, &gains)?;
+    let found = search(&limited, required, &gains)?;
     let delta_rows = (states < rows_of_delta).then_some(states);
     let mut certificate = certificate.clone();
     certificate.claims.retain(|claim| !matches!(claim, Claim::Limits(_)));
@@ -112,7 +112,7 @@ pub fn with_limits(
 /// Returns the largest step with the first of the gains for which it is at least `required`; if there is none, with the
 /// gain of the largest step. If that step is below the upper limit, a claim for every initial state with the same gain
 /// is preferred.
-fn search(limited: &Limited<'_>, wanted: f64, gains: &[Gain<'_>]) -> Result<Region, SynthesisError> {
+fn search(limited: &Limited<'_>, required: f64, gains: &[Gain<'_>]) -> Result<Region, SynthesisError> {
     let mut found: Result<Region, SynthesisError> = Err(SynthesisError::Infeasible { stage: STAGE });
     for gain in gains {
         let next = largest_step(Limited { gain: *gain, ..*limited });
@@ -121,7 +121,7 @@ fn search(limited: &Limited<'_>, wanted: f64, gains: &[Gain<'_>]) -> Result<Regi
         {
             found = next;
         }
-        if found.as_ref().is_ok_and(|found| found.size >= wanted) {
+        if found.as_ref().is_ok_and(|found| found.size >= required) {
             break;
         }
     }

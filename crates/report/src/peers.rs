@@ -201,7 +201,7 @@ fn explanation(subject: &Subject) -> String {
             model. Box: vehicles at corners and random points of the declared uncertainty; a vehicle survives if its \
             {} is within a tenth of the step at the end; the overshoot is the largest of these. Rows that differ by \
             less than {:.0} % count as drawn; rows without figure are not compared.",
-        subject.wanted_speed(),
+        subject.speed_reference(),
         step.name,
         step.text(),
         step.name,

@@ -141,7 +141,7 @@ impl<'a> Subject<'a> {
     }
 
     /// Returns the name of the commanded speed.
-    pub fn wanted_speed(&self) -> &'static str {
+    pub fn speed_reference(&self) -> &'static str {
         if self.speed_is_given() { "given speed" } else { "speed reference" }
     }
 

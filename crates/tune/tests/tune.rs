@@ -53,9 +53,9 @@ fn follow_the_advice(inputs: &Inputs, kind: ControllerKind) {
     let Advice { change, text } = row.advice.clone().unwrap();
     let KeyChange { key, factor } = change.unwrap();
     let verb = if factor > 1.0 { "raise" } else { "lower" };
-    assert!(text.starts_with(&format!("{verb} {key}: ")), "{text}");
-    let before_in_words = format!("{} -> ", before.found());
-    assert!(text.contains(&before_in_words), "the advice is for the {kind:?} controller: {text}");
+    assert!(text.starts_with(&format!("{verb} {key} by ")), "{text}");
+    let old_value = format!("{} -> ", before.found());
+    assert!(text.contains(&old_value), "the advice is for the {kind:?} controller: {text}");
     let knob = Knob::all(&inputs.design).into_iter().find(|knob| knob.name(&inputs.design) == key).unwrap();
     let mut turned = inputs.clone();
     knob.turn(&mut turned.design, factor);

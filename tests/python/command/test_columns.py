@@ -69,7 +69,7 @@ def test_lines_fit(
     for name, path in places.items():
         words = [str(word).replace(name, str(path)) for word in words]
     done = run_squid(*words, columns="" if columns is None else str(columns))
-    assert "defect" not in done.stderr
+    assert "internal error" not in done.stderr
     assert len((done.stdout + done.stderr).strip()) > 20
     assert too_long(done.stdout + done.stderr, columns or COLUMNS) == []
 

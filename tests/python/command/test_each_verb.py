@@ -168,7 +168,7 @@ def test_show_has_sway_roll_and_yaw(run_squid: Run, snapshot: SnapshotAssertion)
     rudder = [turn["actuators"][2] for turn in lateral["turns"]]
     assert rudder[0] > 0.0 > rudder[-1]
     printed = run_squid("show", ROOT / "vehicles" / "remus100", "--speed", "1.54").stdout
-    remarks = [line for line in printed.splitlines() if "at first" in line]
+    remarks = [line for line in printed.splitlines() if "initially" in line]
     assert masked("\n".join(remarks)) == snapshot
     planar = run_squid("show", ROOT / "vehicles" / "sparus2", "--speed", "0.3", "--json")
     assert "lateral" not in json.loads(planar.stdout)

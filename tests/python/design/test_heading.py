@@ -118,7 +118,7 @@ def test_squid_turns_by_two_of_its_thrusters(
     both = ("--design", "heading")
     made = designed(run_squid, SQUID, *both)
     printed = (made / "design.txt").read_text(encoding="utf-8")
-    (ended,) = (line for line in printed.splitlines() if "flights end" in line)
+    (ended,) = (line for line in printed.splitlines() if "simulations end" in line)
     assert masked(ended) == snapshot
     out = Path(shutil.copytree(made, tmp_path / "out"))
     done = run_squid("simulate", SQUID, *both, "--json", "--out", out, timeout=900.0)

@@ -68,11 +68,12 @@ def test_advice_is_printed_and_kept(run_squid: Run, hard: Path, tmp_path: Path) 
     figures = json.loads((tmp_path / "out" / "design.json").read_text("utf-8"))
     assert json.loads(done.stdout)["design"] == figures
     ((key, advice),) = ((row["key"], row["advice"]) for row in figures["verdict"]["rows"] if "advice" in row)
-    turn = advice["turn"]
+    change = advice["change"]
     assert key == "phase_margin"
-    assert turn["key"].split(" of ")[0] in ("track.bandwidth", "control.weight", "control.disturbance")
-    words = ("raise" if turn["factor"] > 1 else "lower") + f" {turn['key']}: 10 % "
-    assert advice["words"].startswith(words)
+    assert change["key"].split(" of ")[0] in ("track.bandwidth", "control.weight", "control.disturbance")
+    percent = f"{100 * abs(change['factor'] - 1):.0f} %"
+    words = ("raise" if change["factor"] > 1 else "lower") + f" {change['key']} by {percent}: "
+    assert advice["text"].startswith(words)
     done = run_squid("report", hard, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     assert words in done.stdout

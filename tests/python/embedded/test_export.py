@@ -49,7 +49,7 @@ def test_the_header_says_what_is_proved_and_no_more(run_squid: Run, tmp_path: Pa
     packages = kept(run_squid, ROOT / "vehicles" / "sparus2")
     exported = Exported.of(run_squid, packages, tmp_path)
     text = " ".join(exported.header.read_text(encoding="utf-8").replace("\n *", " ").split())
-    claims = text.split("What is proved: ")[1].split(" */")[0]
+    claims = text.split(" Proved: ")[1].split(" */")[0]
     certificate = (exported.folder / "certificate.json").read_bytes()
     assert certificate == (packages.folder / "certificate.json").read_bytes()
     assert hashlib.sha256(certificate).hexdigest() in claims
@@ -57,7 +57,7 @@ def test_the_header_says_what_is_proved_and_no_more(run_squid: Run, tmp_path: Pa
     assert exported.constant("CERTIFIED") == 1
     printed = " ".join((packages.folder / "design.txt").read_text(encoding="utf-8").split())
     said = "PROVED in exact arithmetic"
-    sentences = re.findall(rf"{said}: (.*?)(?= {said}| This is of)", claims)
+    sentences = re.findall(rf"{said}: (.*?)(?= {said}| This applies to)", claims)
     assert len(sentences) == claims.count(said) >= 1
     assert all(sentence in printed for sentence in sentences)
 

@@ -13,7 +13,7 @@ use crate::simulation::water::{Pose, WaterMotion};
 use crate::vehicle::actuator::{Actuator, ActuatorForces};
 
 /// Indices of the states in an [`Instant`], and of their rates in [`Rates`].
-#[allow(missing_docs, reason = "the text beside them say what they are")]
+#[allow(missing_docs, reason = "the text beside each says what it is")]
 pub mod index {
     // Velocities over ground in body axes, m/s: forward, to starboard, down.
     pub const SURGE: usize = 0;

@@ -54,7 +54,7 @@ impl Provable for Gain {
         let lyapunov = match (&self.x, &self.v) {
             (Some(x), None) => ("X", x),
             (None, Some(v)) => ("V", v),
-            (Some(_), Some(_)) => return Err(Failure::found(path, "X beside V", "only one of them")),
+            (Some(_), Some(_)) => return Err(Failure::found(path, "both X and V", "only one of them")),
             (None, None) => return Err(Failure::malformed(path, "missing field `X`, or `V`")),
         };
         check_scalings(path, system.sizes().states(), system.sizes(), lyapunov, [&self.s, &self.t])

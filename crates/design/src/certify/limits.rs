@@ -49,13 +49,13 @@ pub fn with_limits(
 ) -> Result<Option<Proof>, Error> {
     let Some(Stepped { input, scale, .. }) = Stepped::of(frozen) else { return Ok(None) };
     let signal = design.tracked[input].signal;
-    let wanted = design.manoeuvre.step(signal.name).abs() / scale;
+    let required = design.manoeuvre.step(signal.name).abs() / scale;
     let rates = rates(vehicle.actuators(), design, &proof.certificate.moving_states())?;
     let search = |gains: &[Rows], fastest: Option<f64>| {
         let step = Step {
             input,
             largest: signal.range.map_or_else(|| largest_step(design, input), |[_, most]| most) / scale,
-            wanted,
+            required,
             gains,
             fastest,
             commands: sides(frozen),
@@ -69,7 +69,7 @@ pub fn with_limits(
         proof.as_ref().and_then(|proof| Some(proof.certificate.limits()?.size)).unwrap_or(0.0)
     };
     let is_given = design.controller.is_some();
-    if is_given || found.as_ref().is_ok_and(|found| found.is_some() && size(found) >= wanted) {
+    if is_given || found.as_ref().is_ok_and(|found| found.is_some() && size(found) >= required) {
         return Ok(found?);
     }
     // The largest step is sought with any gain, and proved with that gain without its bias of the speed.

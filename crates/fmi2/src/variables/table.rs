@@ -162,7 +162,7 @@ impl<M: Model> Table<M> {
 }
 
 fn wrong_type<M, T: Value>(entry: &Variable<M>) -> Refusal {
-    Refusal::WrongType { name: entry.meta.name.clone(), wanted: T::NAME }
+    Refusal::WrongType { name: entry.meta.name.clone(), expected: T::NAME }
 }
 
 fn is_tunable(meta: &ScalarVariable) -> bool {

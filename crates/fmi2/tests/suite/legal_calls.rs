@@ -250,7 +250,7 @@ fn illegal_calls_are_refused_and_change_nothing() {
             assert_eq!((status, logged.len()), (Status::Error, 1), "{context}: {logged:?}");
             let reason = match standard(function, interface, phase) {
                 Some(_) => format!("may not be called in state '{}'.", phase.name()),
-                None => "may not be called at all".to_owned(),
+                None => "may not be called: it belongs to ".to_owned(),
             };
             let start = format!("one Error logStatusError {}: ", function.name());
             assert!(logged[0].starts_with(&start) && logged[0].contains(&reason), "{context}: {logged:?}");

@@ -98,8 +98,8 @@ impl<'a> Envelope<'a> {
         let shown = |height: f64| tidy(step.factor * height, 1);
         let limited = steps.filter_map(|(speed, height)| {
             let used = self.used(speed, height);
-            let (asked, used, unit) = (shown(height), (used != height).then(|| shown(used))?, step.unit);
-            Some(format!("at {speed:.2} m/s {used} {unit} instead of {asked} {unit}"))
+            let (requested, used, unit) = (shown(height), (used != height).then(|| shown(used))?, step.unit);
+            Some(format!("at {speed:.2} m/s {used} {unit} instead of {requested} {unit}"))
         });
         let limited: Vec<String> = limited.collect();
         if limited.is_empty() {
@@ -137,10 +137,10 @@ impl<'a> Envelope<'a> {
         let level =
             |speed: &f64| (*speed, factor * self.distances(*speed).map_or(f64::NAN, |(level, _)| level));
         curves.push(Curve { key: LEVEL, points: controller.trim.speed.iter().map(level).collect() });
-        let asked = self.flight().filter_map(|(time, speed)| {
+        let requested = self.flight().filter_map(|(time, speed)| {
             Some((speed, factor * (self.distances(speed)?.0 + self.commanded(time))))
         });
-        curves.push(Curve { key: COMMANDED, points: asked.collect() });
+        curves.push(Curve { key: COMMANDED, points: requested.collect() });
         Some(Chart::over_speed("pitch (deg)", curves))
     }
 
@@ -160,7 +160,7 @@ impl<'a> Envelope<'a> {
     }
 
     fn text(&self) -> String {
-        let asked = &self.subject.inputs.design.envelope;
+        let limits = &self.subject.inputs.design.envelope;
         let part = |(time, speed): (f64, f64)| {
             let (_, [down, up]) = self.distances(speed)?;
             let step = self.commanded(time);
@@ -175,9 +175,9 @@ impl<'a> Envelope<'a> {
                 percent(part, 0)
             )
         });
-        let authority = percent(asked.authority, 0);
+        let authority = percent(limits.authority, 0);
         let degrees = |angle: f64| tidy(angle.to_degrees(), 1);
-        let [least, largest] = asked.pitch.map(degrees);
+        let [least, largest] = limits.pitch.map(degrees);
         let of = [
             (
                 PITCH,
@@ -191,7 +191,7 @@ impl<'a> Envelope<'a> {
                 format!(
                     "the depth rate to that of the steepest steady climb and dive that require at most {authority} \
                      of the limits of each actuator, on a path of at most {} deg",
-                    degrees(asked.path_angle)
+                    degrees(limits.path_angle)
                 ),
             ),
             (

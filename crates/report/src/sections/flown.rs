@@ -126,7 +126,7 @@ fn noise(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
 }
 
 fn explanation(subject: &Subject) -> String {
-    let which = subject.wanted_speed();
+    let which = subject.speed_reference();
     format!(
         "The linear loop at a frozen speed as implemented: true linearisation, sampled controller with zero-order \
             hold, lags of the actuators, and a trim that follows the {which}. Each margin is the smallest over all \

@@ -49,7 +49,7 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
             name: "speed-steps".into(),
             caption: format!(
                 "Steps of the {} of {name} by {} m/s, towards the middle of the speed range, at six speeds.",
-                subject.wanted_speed(),
+                subject.speed_reference(),
                 squid_auv::rounded(speed_step(subject, subject.speeds[0]))
             ),
             ..figure(subject, subject.speed_keys(), &faster, until)

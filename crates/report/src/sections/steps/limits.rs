@@ -87,8 +87,8 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
     ]);
     for pair in &pairs {
         for (flight, name) in [(&pair.with, "yes"), (&pair.without, "no")] {
-            let [asked, used] = [pair.height, pair.used].map(|height| tidy(step.factor * height, 1));
-            let mut row = vec![format!("{:.2}", pair.speed), asked, used, name.into()];
+            let [requested, used] = [pair.height, pair.used].map(|height| tidy(step.factor * height, 1));
+            let mut row = vec![format!("{:.2}", pair.speed), requested, used, name.into()];
             let lost = || ["lost", "-", "-", "-"].map(Into::into);
             row.extend(flight.as_ref().map_or_else(lost, |flight| cells(subject, flight, pair.used)));
             table.rows.push(row);
