@@ -483,25 +483,16 @@ mod tests {
         assert!(problem().augment().is_ok());
         type Spoil = fn(&mut TrackingProblem);
         let cases: [(Spoil, &str); 10] = [
-            (
-                |p| p.references[0].follow = 0.5,
-                "the weight of slow references 1 is 0.5; it must be 1 or more",
-            ),
-            (|p| p.delay = -0.1, "the delay before input 1 is -0.1; it must be finite and at least 0"),
-            (
-                |p| p.tracking[0].peak = 0.0,
-                "the peak of W_e 1 is 0; it must be above 0, or W_e is not proper",
-            ),
+            (|p| p.references[0].follow = 0.5, "the weight of slow references 1 is 0.5"),
+            (|p| p.delay = -0.1, "the delay before input 1 is -0.1"),
+            (|p| p.tracking[0].peak = 0.0, "the peak of W_e 1 is 0"),
             (|p| p.tracking[0].steady_error = 3.0, "the steady error of W_e 1 is 3"),
             (|p| p.tracking[0].bandwidth = f64::INFINITY, "the bandwidth of W_e 1 is inf"),
             (|p| p.output_scale[0] = 0.0, "the scale of output 1 is 0"),
             (|p| p.control[0].low = f64::NAN, "W_u of input 1 is NaN"),
             (|p| p.disturbance = f64::INFINITY, "the disturbance at input 1 is inf"),
-            (|p| p.lags[0] = -0.1, "the lag of input 1 is -0.1; it must be finite and at least 0"),
-            (
-                |p| p.control[0].high = 0.1,
-                "W_u of input 1 is 0.5; it must be finite, no less at high frequency",
-            ),
+            (|p| p.lags[0] = -0.1, "the lag of input 1 is -0.1"),
+            (|p| p.control[0].high = 0.1, "W_u of input 1 is 0.5"),
         ];
         for (spoil, expected) in cases {
             let mut problem = problem();

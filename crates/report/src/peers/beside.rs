@@ -150,7 +150,7 @@ mod tests {
     fn cell_uses_requirement_of_its_own_file() {
         let row = |limit, outcome| Row {
             key: "phase_margin",
-            what: "phase margin".into(),
+            name: "phase margin".into(),
             unit: "deg",
             sense: Sense::Above,
             limit,
