@@ -1,7 +1,7 @@
-// A DUNE task around the autopilot that `squid export vehicles/squid` writes: to be copied, and changed where it says
-// so.
+// A DUNE task around the autopilot that `squid export vehicles/squid` writes. Copy it, and change the parts marked
+// "Change".
 //
-// It belongs into src/Control/AUV/NAME/Task.cpp, with squid.h and squid.c beside it. In the configuration of the
+// It belongs in src/Control/AUV/NAME/Task.cpp, with squid.h and squid.c beside it. In the configuration of the
 // vehicle its Execution Frequency is 1/SQUID_SAMPLE_TIME.
 
 #include <cmath>
@@ -21,11 +21,11 @@ namespace Control
     {
       using DUNE_NAMESPACES;
 
-      //! What has not spoken is no number, and is refused.
+      //! Initial value of every input: not a number, so that an input without a message is refused.
       static constexpr squid_real c_none = std::numeric_limits<squid_real>::quiet_NaN();
-      //! Missed ticks are made up for; after more than this the autopilot starts anew.
+      //! Missed ticks are caught up; after more than this number the autopilot is reset.
       static constexpr long c_most_made_up = 5;
-      //! The loops that engage it, all of them.
+      //! Loops that engage the autopilot if all of them are enabled.
       static constexpr uint32_t c_loops = IMC::CL_PITCH | IMC::CL_SPEED;
 
       struct Task: public DUNE::Tasks::Periodic
@@ -33,15 +33,15 @@ namespace Control
         squid_state m_state;
         squid_inputs m_in;
         squid_outputs m_out;
-        //! What the thrusters were told last, by this task or by others.
+        //! Last commands to the thrusters, by this task or by others.
         squid_commands m_applied;
-        //! When the last messages of the sensors came, and when the last tick was due (s).
+        //! Times of the last message of each sensor, and of the last due tick (s).
         double m_heard_estimate, m_heard_speed, m_last;
-        //! The loops that are enabled, and in which scope.
+        //! Enabled loops, and their scope.
         uint32_t m_loops, m_scope_ref;
-        //! Whether it was engaged at the last tick, has ever started, and needs no reset.
+        //! True if it was engaged at the last tick, has ever started, and needs no reset.
         bool m_was_active, m_started, m_running;
-        //! What the entity state says.
+        //! Last text of the entity state.
         std::string m_said;
 
         Task(const std::string& name, Tasks::Context& ctx):
@@ -76,7 +76,7 @@ namespace Control
           m_heard_estimate = Clock::get();
         }
 
-        //! Change: where the speed through the water comes from, along the body axis.
+        //! Change: the source of the speed through the water, along the body axis.
         void
         consume(const IMC::WaterVelocity* msg)
         {
@@ -89,7 +89,7 @@ namespace Control
         void
         consume(const IMC::DesiredPitch* msg)
         {
-          // Else the last one stays.
+          // Otherwise the last one is kept.
           if (std::isfinite(msg->value))
             m_in.pitch_reference = msg->value;
         }
@@ -101,7 +101,7 @@ namespace Control
             m_in.speed_reference = msg->value;
         }
 
-        //! What others tell the thrusters. Change: their numbers, and the thrust in N that a value stands for.
+        //! Commands of others to the thrusters. Change: the ids of the thrusters, and the thrust in N for a value.
         void
         consume(const IMC::SetThrusterActuation* msg)
         {
@@ -119,7 +119,7 @@ namespace Control
           }
         }
 
-        //! Manoeuvres enable the loops that they need; where one ends or is aborted they are disabled.
+        //! Manoeuvres enable the loops that they need; when one ends or is aborted, they are disabled.
         void
         consume(const IMC::ControlLoops* msg)
         {
@@ -137,7 +137,7 @@ namespace Control
             requestDeactivation();
         }
 
-        //! Change: the numbers of your thrusters, and what they take for a thrust in N.
+        //! Change: the ids of your thrusters, and the value for a thrust in N.
         void
         actuate(uint8_t id, double thrust)
         {
@@ -152,7 +152,7 @@ namespace Control
         {
           const double now = Clock::get();
           const long due = std::lround((now - m_last) / SQUID_SAMPLE_TIME);
-          // After a gap DUNE calls once for each period that was missed.
+          // After a gap DUNE calls this once for each missed period.
           if (m_running && due == 0)
             return;
           const bool anew = !m_running || due > c_most_made_up;
@@ -164,12 +164,12 @@ namespace Control
           int code = SQUID_OK;
           if (anew)
           {
-            // If this is refused it goes on from where it was.
+            // If this is refused, it continues from its present state.
             code = squid_reset(&m_state, &m_in, &m_out);
             m_running = code == SQUID_OK;
             m_started |= m_running;
           }
-          // Something has not spoken yet.
+          // An input has had no message yet.
           if (!m_started)
             return report(code);
 
@@ -178,7 +178,7 @@ namespace Control
           const bool followed = follow && squid_follow(&m_state, &m_in, &m_applied) == SQUID_OK;
           for (long i = anew ? 1 : due; i > 0; i--)
             code = squid_step(&m_state, &m_in, &m_out);
-          // After an input that was refused the last commands hold. With nothing to follow it begins to act by a reset.
+          // After a refused input the last commands hold. Without commands to follow, it starts with a reset.
           m_running = (code == SQUID_OK || (code == SQUID_BAD_INPUT && m_running)) && (engaged || followed);
           m_was_active = engaged;
 
@@ -192,7 +192,7 @@ namespace Control
           report(code);
         }
 
-        //! Sets the entity state where it changes.
+        //! Sets the entity state when it changes.
         void
         report(int code)
         {

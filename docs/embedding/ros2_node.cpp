@@ -1,5 +1,5 @@
-// A ROS 2 node around the autopilot that `squid export vehicles/squid` writes: to be copied, and changed where it says
-// so.
+// A ROS 2 node around the autopilot that `squid export vehicles/squid` writes. Copy it, and change the parts marked
+// "Change".
 //
 // Build it with squid.c, which is C: add both to `add_executable` of a package that depends on rclcpp and std_msgs.
 
@@ -32,7 +32,7 @@ public:
     measure("pitch_rate", in_.pitch_rate, heard_pitch_rate_);
     take<Float64>("pitch_reference", in_.pitch_reference);
     take<Float64>("speed_reference", in_.speed_reference);
-    // Change: what the thrusters are really commanded, also by a pilot.
+    // Change: the commands that the thrusters actually receive, also from a pilot.
     take<Float64>("lower_applied", applied_.lower);
     take<Float64>("upper_port_applied", applied_.upper_port);
     take<Float64>("upper_starboard_applied", applied_.upper_starboard);
@@ -46,23 +46,23 @@ public:
   }
 
 private:
-  // What has not spoken is no number, and is refused.
+  // Initial value of every input: not a number, so that an input without a message is refused.
   static constexpr squid_real none = std::numeric_limits<squid_real>::quiet_NaN();
-  // Ticks that the timer missed are made up for; after more than this the autopilot starts anew.
+  // Missed ticks are caught up; after more than this number the autopilot is reset.
   static constexpr long most_made_up = 5;
 
   template <typename Message, typename Number>
   void take(const std::string & topic, Number & number)
   {
     const auto callback = [&number](const Message & message) {
-      if (std::isfinite(message.data)) number = message.data;  // else the last one stays
+      if (std::isfinite(message.data)) number = message.data;  // otherwise the last one is kept
     };
     subscriptions_.push_back(create_subscription<Message>(topic, 1, callback));
   }
 
   void measure(const std::string & topic, squid_real & number, double & heard)
   {
-    // Change: where messages have a time stamp, take the time from it.
+    // Change: if your messages have a time stamp, use it.
     const auto callback = [this, &number, &heard](const Float64 & message) {
       number = message.data;
       heard = clock_.now().seconds();
@@ -81,17 +81,17 @@ private:
     in_.pitch_rate_age = now - heard_pitch_rate_;
 
     int code = SQUID_OK;
-    if (is_new) {  // if this is refused it goes on from where it was
+    if (is_new) {  // if refused, it continues from its present state
       code = squid_reset(&state_, &in_, &out_);
       is_running_ = code == SQUID_OK;
       has_started_ |= is_running_;
     }
-    if (!has_started_) return report(code);  // something has not spoken yet
+    if (!has_started_) return report(code);  // an input has had no message yet
 
     const bool follows = is_new || !engaged_ || !was_engaged_;
     const bool has_followed = follows && squid_follow(&state_, &in_, &applied_) == SQUID_OK;
     for (long i = is_new ? 1 : due; i > 0; i--) code = squid_step(&state_, &in_, &out_);
-    // After an input that was refused the last commands hold. With nothing to follow it begins to act by a reset.
+    // After a refused input the last commands hold. Without commands to follow, it starts with a reset.
     is_running_ = (code == SQUID_OK || (code == SQUID_BAD_INPUT && is_running_)) && (engaged_ || has_followed);
     was_engaged_ = engaged_;
 
@@ -105,7 +105,7 @@ private:
     report(code);
   }
 
-  // Says what has changed. That a command is at its limit is not said here: it comes and goes.
+  // Reports a changed status, except for commands at their limits, which come and go.
   void report(int code)
   {
     const unsigned saturated = SQUID_SATURATED | SQUID_SATURATED_LOWER | SQUID_SATURATED_UPPER_PORT |
@@ -134,7 +134,7 @@ private:
     to->publish(message);
   }
 
-  rclcpp::Clock clock_{RCL_STEADY_TIME};  // as that of the timer
+  rclcpp::Clock clock_{RCL_STEADY_TIME};  // the clock of the timer
   double heard_pitch_ = 0.0, heard_speed_ = 0.0, heard_pitch_rate_ = 0.0;  // s, when the last message came
   double last_ = 0.0;  // s, when the last tick was due
   bool engaged_ = false, was_engaged_ = false;

@@ -25,3 +25,7 @@ use squid_fmi2::{DescribeError, Described, Resources};
 pub fn describe(resources: &Resources) -> Result<Described<Controller>, DescribeError> {
     squid_fmi2::describe(resources)
 }
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -31,3 +31,7 @@ use squid_fmi2::{DescribeError, Described, Resources};
 pub fn describe(resources: &Resources) -> Result<Described<ClosedLoop>, DescribeError> {
     squid_fmi2::describe(resources)
 }
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

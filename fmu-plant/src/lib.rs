@@ -50,3 +50,7 @@ use squid_fmi2::{DescribeError, Described, Resources};
 pub fn describe(resources: &Resources) -> Result<Described<PlantModel>, DescribeError> {
     squid_fmi2::describe(resources)
 }
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -33,3 +33,7 @@ pub use structure::{ModelStructure, Unknown};
 pub use unit::{BaseUnit, DisplayUnit, Unit, UnitError};
 pub use variable::{Causality, Dependency, DependencyKind, Initial, Kind, ScalarVariable, Variability};
 pub use xml::WriteError;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

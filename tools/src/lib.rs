@@ -5,3 +5,7 @@ pub mod error;
 pub mod output;
 pub mod progress;
 pub mod verbs;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -3,3 +3,7 @@
 pub mod files;
 pub mod numbers;
 pub mod progress;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

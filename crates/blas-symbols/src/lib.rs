@@ -64,3 +64,7 @@ pub fn link() -> usize {
     ];
     std::hint::black_box(symbols).len()
 }
+
+#[cfg(all(doctest, not(feature = "openblas")))]
+#[doc = include_str!("../README.md")]
+struct Readme;

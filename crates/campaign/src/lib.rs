@@ -22,3 +22,7 @@ pub mod starts;
 pub mod summary;
 #[cfg(feature = "parquet")]
 pub mod table;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

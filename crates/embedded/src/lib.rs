@@ -75,3 +75,7 @@ const LAW: &str = include_str!("c/autopilot.c");
 
 /// Line of the law that the tables of a design replace.
 const TABLES: &str = "#include \"tables.h\"\n";
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -10,3 +10,7 @@ mod sea_file;
 mod surfacing;
 mod ticks;
 pub mod whole;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

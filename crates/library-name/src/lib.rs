@@ -14,3 +14,7 @@ pub fn set_install_name() {
         println!("cargo::rustc-cdylib-link-arg=-Wl,-install_name,@rpath/{file}");
     }
 }
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -19,3 +19,7 @@ pub mod platform;
 pub mod ssp;
 mod terminals;
 pub mod verify;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

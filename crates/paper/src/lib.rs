@@ -99,3 +99,7 @@ fn claims_section(claims: Vec<Claim>, subject: &str) -> Section {
     let parts = head.into_iter().chain(claims.into_iter().map(boxed)).collect();
     Section::new("claims", "Claims of the paper", parts)
 }
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

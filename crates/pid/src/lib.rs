@@ -35,3 +35,7 @@ pub use angle::Angle;
 pub use file::{DepthLoop, Pid, Shares, SpeedLoop, TurnLoop, read, read_file};
 pub use gain::{Given, Law, Misfit};
 pub use structure::{Affine, Direction, Gain, Layout, Port, Structure, Vehicle};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

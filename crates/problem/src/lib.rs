@@ -26,3 +26,7 @@ pub mod report;
 pub mod sampled;
 pub mod source;
 pub mod synth;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -19,3 +19,7 @@ pub mod limits;
 pub mod rate;
 pub mod same_plant;
 pub mod sampled;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

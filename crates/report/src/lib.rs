@@ -19,3 +19,7 @@ pub mod simulate;
 pub mod subject;
 pub mod threads;
 pub mod turning;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -67,3 +67,7 @@ pub use snapshot::{Snapshot, SnapshotError};
 pub use squid_signals::{Level, Status};
 pub use tangent::OutputTangents;
 pub use trim::{FARTHEST, Trim};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -46,3 +46,7 @@ pub use waves::{Component, Position, WaterMotion, Waves, encounter_frequency};
 
 /// Acceleration of gravity \[m/s2\].
 pub const GRAVITY: f64 = 9.81;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

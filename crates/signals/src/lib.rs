@@ -175,3 +175,7 @@ impl Interface {
         self.signals.iter().filter_map(|signal| Some((signal, signal.reference?)))
     }
 }
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -30,3 +30,7 @@ mod range;
 mod required;
 pub mod search;
 pub mod start;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
