@@ -24,8 +24,8 @@ from types import FrameType
 import cloudpickle
 from distributed import Client, Future, LocalCluster, as_completed
 from distributed.scheduler import KilledWorker
-from fly import master
-from fly.stages import ROOT, StageError
+from fly import build, master
+from fly.stages import StageError
 
 from squid_campaign import worker
 from squid_campaign.ways import ByCommand, ByFmus, CampaignError, Command, Part
@@ -44,12 +44,10 @@ def main() -> int:
     arguments, words = parser().parse_known_args()
     # Dask's log messages about an error are replaced by our message.
     logging.disable()
-    squid = Path(arguments.squid)
-    # The working directory of a worker differs.
-    squid = str(squid.absolute()) if squid.is_file() else arguments.squid
     try:
         with tempfile.TemporaryDirectory() as records:
-            command = Command(squid, [*words, *(["--records", records] if arguments.fmu else [])])
+            words += ["--records", records] if arguments.fmu else []
+            command = Command(squid_command(arguments.squid), words)
             asked = command.ask()
             if asked["missing"]:
                 way = ByFmus(command, asked, Path(records)) if arguments.fmu else ByCommand(command, asked)
@@ -66,9 +64,15 @@ def main() -> int:
     return 0
 
 
+def squid_command(given: str | None) -> str:
+    """Return the given command, or else that on the PATH or that of this checkout."""
+    found = given or shutil.which("squid") or str(build.squid())
+    # The working directory of a worker differs.
+    return str(Path(found).absolute()) if Path(found).is_file() else found
+
+
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the options that are not for `squid campaign`."""
-    here = shutil.which("squid") or str(ROOT / "target" / "release" / "squid")
     top = argparse.ArgumentParser(prog="squid_campaign", description=__doc__, allow_abbrev=False)
     where = top.add_mutually_exclusive_group(required=True)
     where.add_argument("--scheduler", metavar="ADDRESS", help="that of a cluster, such as tcp://host:8786")
@@ -79,7 +83,8 @@ def parser() -> argparse.ArgumentParser:
         help="fly the FMUs of the design; a worker then needs FMPy and distributed alone",
     )
     top.add_argument(
-        "--squid", default=here, help="the command squid, here and on each worker (default: %(default)s)"
+        "--squid",
+        help="the command squid, here and on each worker (default: that on the PATH, or that of this checkout)",
     )
     return top
 

@@ -66,7 +66,10 @@ class ByCommand:
         vehicle, sea = Path(campaign["vehicle"]), campaign["sea"]
         names = ("vehicle.toml", f"{campaign['design']}.toml")
         found = {f"vehicle/{name}": (vehicle / name).read_bytes() for name in names}
-        found |= {f"design/{path.name}": path.read_bytes() for path in design.glob("*.json")}
+        # The folder of an axis is in that of its autopilot.
+        stored = [path for folder in (design, *design.iterdir()) for path in folder.glob("*.json")]
+        to = Path("design", campaign.get("axis", ""))
+        found |= {str(to / path.relative_to(design)): path.read_bytes() for path in stored}
         return found | ({"sea.toml": sea.encode()} if sea else {})
 
     def task(self, name: str, part: Part) -> Callable[[], bytes]:
@@ -74,6 +77,7 @@ class ByCommand:
         campaign = self.asked["campaign"]
         words = ["--design", campaign["design"], "--out", "design", "--seed", str(campaign["seed"])]
         words += ["--points", campaign["points"]]
+        words += ["--axis", campaign["axis"]] if "axis" in campaign else []
         words += ["--starts", campaign["starts"]] if "starts" in campaign else []
         words += ["--sea", "sea.toml"] if campaign["sea"] else []
         words += [] if campaign["bandwidth"] is None else ["--bandwidth", repr(campaign["bandwidth"])]

@@ -87,7 +87,7 @@ pub use vehicle::geometry::Geometry;
 pub use vehicle::hull::Hull;
 pub use vehicle::json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};
 pub use vehicle::surge::Surge;
-pub use vehicle::{PublishedLinearModel, Vehicle};
+pub use vehicle::{PublishedLinearModel, VEHICLE_NAMES, Vehicle, is_vehicle_name};
 pub use view::{
     LATERAL, LONGITUDINAL, MOST_SIGNALS, PerReference, PerSignal, REFERENCES, ROLL, Sensed, TRACKED, VIEWS,
     View, lateral, longitudinal, references, roll,

@@ -63,8 +63,11 @@ pub struct PublishedLinearModel {
 /// Length limit of a name: some systems refuse longer file names.
 const LONGEST_NAME: usize = 64;
 
+/// Allowed names of a vehicle, for messages.
+pub const VEHICLE_NAMES: &str = "at most 64 letters, digits, '_', '-' and spaces, starting with a letter";
+
 /// Returns `true` if a name may be part of the names of files and models.
-pub(crate) fn is_vehicle_name(name: &str) -> bool {
+pub fn is_vehicle_name(name: &str) -> bool {
     name.len() <= LONGEST_NAME
         && name.starts_with(|c: char| c.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || "_- ".contains(c))

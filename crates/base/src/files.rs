@@ -210,10 +210,31 @@ impl Files {
     ///
     /// # Errors
     /// [`Error::Unwritable`] with the path; if the disk is full or a file cannot be created, the earlier set is
-    /// untouched.
+    /// untouched, and folders and lock that were created for the set are removed again.
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
-        let held = std::fs::create_dir_all(directory).and_then(|()| lock_directory(directory, File::lock));
-        let _lock = held.map_err(|reason| unwritable(directory, reason))?;
+        let parents = self.0.iter().filter_map(|(path, _)| path.parent());
+        let folders: Vec<_> = parents.chain([directory]).flat_map(missing_folders).collect();
+        let lock = directory.join(LOCK);
+        let was_locked_before = lock.exists();
+        let held = lock_to_write(directory).map_err(|reason| unwritable(directory, reason));
+        let outcome = held.and_then(|_held| {
+            let written = self.write();
+            if written.is_err() && !was_locked_before {
+                let _ = std::fs::remove_file(&lock);
+            }
+            written
+        });
+        if outcome.is_err() {
+            // The deepest first; a folder that is not empty stays.
+            let mut folders = folders;
+            folders.sort_by_key(|folder| std::cmp::Reverse(folder.components().count()));
+            folders.iter().for_each(|folder| _ = std::fs::remove_dir(folder));
+        }
+        outcome
+    }
+
+    /// Writes the set in a locked directory.
+    fn write(&self) -> Result<(), Error> {
         let mut staged = Vec::new();
         for (path, bytes) in &self.0 {
             let file = bytes.as_ref().map(|bytes| temporary(path, bytes)).transpose();
@@ -232,16 +253,54 @@ impl Files {
     }
 }
 
-/// Name of the lock file. It is never removed, because a lock on a deleted file excludes nobody.
+/// Returns a folder and those above it, as far as they do not exist.
+fn missing_folders(folder: &Path) -> impl Iterator<Item = PathBuf> + '_ {
+    folder.ancestors().take_while(|path| !path.as_os_str().is_empty() && !path.exists()).map(Path::to_owned)
+}
+
+/// Name of the lock file. It is removed only while it is locked for writing; whoever waited for that lock takes a new
+/// one, because a lock on a deleted file excludes nobody.
 const LOCK: &str = ".squid-lock";
+
+/// Creates a directory, and locks it for writing until the guard is dropped.
+fn lock_to_write(directory: &Path) -> io::Result<File> {
+    let lock = || std::fs::create_dir_all(directory).and_then(|()| lock_directory(directory, File::lock));
+    // Whoever created the directory may just have removed it.
+    lock().or_else(|reason| if reason.kind() == ErrorKind::NotFound { lock() } else { Err(reason) })
+}
 
 /// Locks a directory until the guard is dropped; has no effect on a file system without locks.
 fn lock_directory(directory: &Path, lock: fn(&File) -> io::Result<()>) -> io::Result<File> {
     let path = directory.join(LOCK);
-    let created = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
-    let file = created.or_else(|reason| File::open(&path).map_err(|_| reason))?;
-    let _ = lock(&file);
-    Ok(file)
+    let held = || {
+        let created = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+        let file = created.or_else(|reason| File::open(&path).map_err(|_| reason))?;
+        let _ = lock(&file);
+        Ok(file)
+    };
+    for _ in 1..MOST_LOCKS {
+        let file = held()?;
+        if is_file_at(&file, &path) {
+            return Ok(file);
+        }
+    }
+    held()
+}
+
+/// Largest number of locks that are removed while one waits for them, on a file system that identifies files.
+const MOST_LOCKS: usize = 100;
+
+/// Returns `true` if an open file is the one at a path, which may have been removed meanwhile.
+#[cfg(unix)]
+fn is_file_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let identity = |found: std::fs::Metadata| (found.dev(), found.ino());
+    file.metadata().ok().map(identity) == std::fs::metadata(path).ok().map(identity)
+}
+
+#[cfg(not(unix))]
+fn is_file_at(_: &File, path: &Path) -> bool {
+    path.exists()
 }
 
 /// Locks a set of files, named by its last one, for reading until the guard is dropped. A read-only directory is not

@@ -77,9 +77,59 @@ fn writes_a_set_completely_or_not_at_all() {
         "{error}"
     );
     assert_eq!((read(&to("a")).unwrap().as_str(), read(&to("b")).unwrap().as_str()), ("0", "0"));
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "a, b, c and the lock");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "a, b and c");
     std::fs::remove_dir(to("c/d")).unwrap();
     set("1").save(folder.path()).unwrap();
     assert_eq!((read(&to("a")).unwrap().as_str(), read(&to("c/d")).unwrap().as_str()), ("1", "2"));
     assert!(!to("b").exists());
+}
+
+/// A set that cannot be written leaves neither folders nor a lock, but an earlier lock stays: others may wait for it.
+#[test]
+fn leaves_nothing_of_a_set_that_is_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let to = |name: &str| folder.path().join(name);
+    std::fs::create_dir(to("blocked")).unwrap();
+    let set = |first: &str, last: &str| {
+        let mut files = Files::default();
+        files.add(to(first), "1");
+        files.add(to(last), "2");
+        files
+    };
+    for directory in ["new", "new/deeper"] {
+        set("new/deeper/still/a", "blocked").save(&to(directory)).unwrap_err();
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "only the folder `blocked`");
+    }
+    set("there/a", "there/b").save(&to("there")).unwrap();
+    set("there/a", "blocked").save(&to("there")).unwrap_err();
+    let mut left: Vec<_> =
+        std::fs::read_dir(to("there")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    left.sort();
+    assert_eq!(left, [".squid-lock", "a", "b"]);
+}
+
+/// Writers that wait for a lock that is removed meanwhile still exclude one another.
+#[cfg(unix)]
+#[test]
+fn writers_exclude_one_another_while_sets_fail() {
+    let folder = tempfile::tempdir().unwrap();
+    let directory = folder.path().join("shared");
+    std::fs::create_dir(folder.path().join("blocked")).unwrap();
+    let write = |writer: usize| {
+        for round in 0..40 {
+            let text = format!("{writer} {round}");
+            let mut files = Files::default();
+            files.add(directory.join("a"), text.clone());
+            if (writer + round) % 2 == 0 {
+                files.add(folder.path().join("blocked"), "never");
+                files.save(&directory).unwrap_err();
+            } else {
+                files.add(directory.join("b"), text);
+                files.save(&directory).unwrap();
+                let _lock = squid_base::files::reading(&directory.join("b"));
+                assert_eq!(read(&directory.join("a")).unwrap(), read(&directory.join("b")).unwrap());
+            }
+        }
+    };
+    std::thread::scope(|scope| (0..4).for_each(|writer| _ = scope.spawn(move || write(writer))));
 }

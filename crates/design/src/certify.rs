@@ -15,7 +15,7 @@ use crate::certify::fit_residual::{bends_at_rest, fit_residual};
 use crate::error::{CertifyError, Error};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
-use squid_lpv::analysis::bounded_gain;
+use squid_lpv::analysis::{GainBound, bounded_gain};
 use squid_lpv::controller::Controller;
 use squid_lpv::error::SynthesisError;
 use squid_lpv::plant::GeneralisedPlant;
@@ -25,7 +25,8 @@ use squid_proof::error::ProofError;
 use squid_scheduled::LftMatrices;
 
 /// Computes the certificate of a design, for the fit and for a ball of models that contains the true linearisations
-/// ([`fit_residual()`]), and proves it in exact arithmetic.
+/// ([`fit_residual()`]), and proves it in exact arithmetic. Also returns the proved bound for the fit, which is the one
+/// of the design or a smaller one.
 ///
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`CertifyError::BendsAtRest`] or [`Error::Synthesis`] if
@@ -36,7 +37,7 @@ pub fn certify(
     model: &Model,
     plant: &GeneralisedPlant,
     design: &Design,
-) -> Result<Proof, Error> {
+) -> Result<(Proof, GainBound), Error> {
     let (error, size) = fit_residual(vehicle, file, model)?.smallest(&design.certified)?;
     let (closed, closed_error) = (plant.close(&design.controller), error.close(plant, &design.controller));
     let covered = bounded_gain(&closed, &closed_error, &design.certified)

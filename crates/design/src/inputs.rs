@@ -318,13 +318,4 @@ pub(crate) mod tests {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         Inputs::read_axis(&vehicles.join(vehicle), design, axis).unwrap()
     }
-
-    /// Returns a text with each run of digits masked, for snapshots of computed numbers.
-    pub(crate) fn masked(text: &str) -> String {
-        let mut masked = text.replace(|c: char| c.is_ascii_digit(), "#");
-        while masked.contains("##") {
-            masked = masked.replace("##", "#");
-        }
-        masked
-    }
 }

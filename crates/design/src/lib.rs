@@ -16,6 +16,9 @@ mod findings;
 pub mod fit;
 pub mod inputs;
 pub mod linearise;
+#[cfg(test)]
+#[path = "../../base/tests/masked/mod.rs"]
+mod masked;
 pub mod numbers;
 pub mod run;
 pub mod store;

@@ -11,6 +11,7 @@ use crate::augment::augment;
 use crate::axis::VehicleModel;
 use crate::check::Checks;
 use crate::error::{Error, InputError};
+use crate::findings::not_proved;
 use crate::fit::Model;
 use crate::fit::{authority, reach};
 use crate::inputs::Inputs;
@@ -23,6 +24,7 @@ use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;
 use crate::verdict::Verdict;
 use squid_base::progress::Progress;
+use squid_finding::Finding;
 use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::synthesis::Design;
 use squid_proof::claim::Proof;
@@ -49,6 +51,13 @@ pub struct Finished {
     pub robust: Option<Robust>,
     /// Requirements and achieved figures.
     pub verdict: Verdict,
+}
+
+impl Finished {
+    /// Returns the finding on a design whose proof fails.
+    pub fn unproved(&self) -> Option<Finding> {
+        self.proof.as_ref().err().map(|reason| not_proved(&self.frozen.controller.design, reason))
+    }
 }
 
 /// Runs all stages of a nominal design.

@@ -36,14 +36,14 @@ use crate::synthesise::robust::stored::{self, StoredRobust};
 use crate::verdict::Verdict;
 use crate::verdict::row::{Outcome, StoredRow};
 use serde::Serialize;
+use serde::de::IgnoredAny;
 use serde_json::Value;
 use squid_auv::{Actuator, LpvModel, LpvModelError};
 use squid_base::files::{Files, read, reading};
 use squid_certificate::{Certificate, Theorem};
 use squid_finding::Finding;
 use squid_proof::claim::{parse, text};
-use squid_scheduled::ControllerDesign;
-use squid_scheduled::Manoeuvre;
+use squid_scheduled::{ControllerDesign, DesignError, Manoeuvre};
 use squid_signals::States;
 use std::path::{Path, PathBuf};
 
@@ -303,16 +303,19 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
 /// Reads the files of a design, if they belong to these inputs.
 ///
 /// # Errors
-/// [`StoreError::NotDesigned`] if there is none, [`StoreError::OtherDesign`], [`StoreError::Stale`] if the vehicle or
-/// the design file has changed.
+/// [`StoreError::NotDesigned`] if there is none, [`StoreError::OtherFormat`] if another version wrote it,
+/// [`StoreError::OtherDesign`], [`StoreError::Stale`] if the vehicle or the design file has changed.
 pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     let path = directory.join("controller.json");
     let _lock = reading(&path);
     if !path.is_file() {
         return Err(StoreError::NotDesigned { directory: directory.display().to_string() }.into());
     }
-    let controller = ControllerDesign::from_json(&read(&path)?)
-        .map_err(|reason| StoreError::BadController { path: path.display().to_string(), reason })?;
+    let controller = ControllerDesign::from_json(&read(&path)?).map_err(|reason| match reason {
+        DesignError::Json(json) if json.is_data() => StoreError::other_format(&path, json),
+        DesignError::WrongFormat { .. } => StoreError::other_format(&path, reason),
+        reason => StoreError::BadController { path: path.display().to_string(), reason },
+    })?;
     let (vehicle, design) = (&controller.vehicle.name, &controller.design);
     if (vehicle, design) != (&inputs.vehicle.name, &inputs.design.name) {
         let (vehicle, design) = (vehicle.clone(), design.clone());
@@ -340,8 +343,11 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
 /// Reads the stored LPV model.
 fn lpv_model(directory: &Path) -> Result<LpvModel, Error> {
     let path = directory.join("plant.json");
-    let file = path.display().to_string();
-    let found = LpvModel::from_json(&read(&path)?, &file).map_err(|reason| match reason {
+    let (file, text) = (path.display().to_string(), read(&path)?);
+    let is_json = || serde_json::from_str::<IgnoredAny>(&text).is_ok();
+    let found = LpvModel::from_json(&text, &file).map_err(|reason| match reason {
+        LpvModelError::NotJson { message, .. } if is_json() => StoreError::other_format(&path, message),
+        LpvModelError::Format { .. } => StoreError::other_format(&path, reason),
         LpvModelError::NotJson { .. } => StoreError::LpvModel(reason),
         reason => StoreError::BadPlant { path: file, reason },
     })?;

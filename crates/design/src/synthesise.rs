@@ -176,7 +176,8 @@ mod tests {
     use crate::augment::augment;
     use crate::fit::Model;
     use crate::inputs::Inputs;
-    use crate::inputs::tests::{masked, shipped};
+    use crate::inputs::tests::shipped;
+    use crate::masked::masked;
     use squid_lpv::partition::Group;
     use squid_lpv::regularise::Regularisation;
 

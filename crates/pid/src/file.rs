@@ -122,16 +122,26 @@ pub fn read_file(text: &str, file: &str) -> Result<Pid, FileError> {
 }
 
 /// Reads the table; `Some(None)` for `kind = "full"`, the synthesised controller.
+///
+/// The other keys depend on the kind, so that only the kind is reported if it is wrong.
 pub fn read(table: &Table<'_>, file: &str) -> Option<Option<Pid>> {
     let kind = table.one_of("kind", &["full", "pid"]);
+    if kind.is_none() && table.has("kind") {
+        return None;
+    }
     if kind == Some(0) {
+        if let Some((_, gains)) = table.keys().into_iter().find(|(_, key)| is_of_pid(key)) {
+            let allowed =
+                format!("\"pid\" beside '{gains}': the controller of kind \"full\" is computed, not given");
+            table.not_allowed("kind", "\"full\"", allowed);
+            return None;
+        }
         table.allow_only(&["kind"]);
         return Some(None);
     }
     let angle = Angle::ALL.into_iter().find(|angle| table.has(angle.name())).unwrap_or(Angle::Pitch);
     let steered = if angle == Angle::Pitch { vec!["depth", "speed"] } else { vec![] };
-    let keys = ["kind", "allocation", "integrator", "tracking_time"];
-    table.allow_only(&[&keys[..], &[angle.name()], &steered].concat());
+    table.allow_only(&[&["kind"], &KEYS[..], &[angle.name()], &steered].concat());
     let form = table.or("integrator", 0, |table, key| table.one_of(key, &FORMS));
     if form == Some(1) {
         table.not_allowed(
@@ -171,6 +181,14 @@ pub fn read(table: &Table<'_>, file: &str) -> Option<Option<Pid>> {
         speed_shares: speed_shares?,
         tracking_time: tracking_time?,
     }))
+}
+
+/// Keys of every PID except its loops.
+const KEYS: [&str; 3] = ["allocation", "integrator", "tracking_time"];
+
+/// Returns `true` for a key that a controller of kind "pid" can have.
+fn is_of_pid(key: &str) -> bool {
+    KEYS.contains(&key) || ["depth", "speed"].contains(&key) || Angle::ALL.iter().any(|angle| angle.name() == key)
 }
 
 fn optional<T>(

@@ -6,7 +6,7 @@ use squid_certificate::{
     Certificate, Claim, Controller as ControllerRows, Gain, Multipliers, Plant, Rows, Theorem,
 };
 use squid_lpv::analysis::GainBound;
-use squid_lpv::analysis::bounded_gain::with_raised_gamma;
+use squid_lpv::analysis::bounded_gain::{with_raised_gamma, without_error};
 use squid_lpv::controller::Controller;
 use squid_lpv::matrix::{Mat, from_rows, to_rows};
 use squid_lpv::model_error::{LoopError, ModelError};
@@ -50,8 +50,11 @@ fn gain(bound: &GainBound, lambda: Option<f64>) -> Claim {
 }
 
 /// Proves the bound of a design for its plant, the bound `covered` for a model error of size `size`, and the bound for
-/// a bounded rate, if the design has one. `closed` and `closed_error` are the loop and the error with the controller of
-/// the design.
+/// a bounded rate, if the design has one; returns the proved bound for the plant, too. `closed` and `closed_error` are
+/// the loop and the error with the controller of the design.
+///
+/// Delta = 0 is among the model errors, so that `covered` also bounds the gain of the plant alone; where it is the
+/// smaller bound, it takes the place of that of the design.
 ///
 /// # Errors
 /// [`ProofError::Unproved`] with the first failed check; [`ProofError::Synthesis`] if no bound at the rate covers the
@@ -64,9 +67,14 @@ pub fn with_model_error(
     closed: &ClosedLoop,
     closed_error: &LoopError,
     covered: &GainBound,
-) -> Result<Proof, ProofError> {
-    let proved = |covered: &GainBound| -> Result<Proof, ProofError> {
-        let mut certificate = nominal(plant, &design.controller, &design.certified);
+) -> Result<(Proof, GainBound), ProofError> {
+    let proved = |covered: &GainBound| -> Result<(Proof, GainBound), ProofError> {
+        let alone = if covered.gamma < design.certified.gamma {
+            without_error(closed, covered)
+        } else {
+            design.certified.clone()
+        };
+        let mut certificate = nominal(plant, &design.controller, &alone);
         certificate.errors = vec![squid_certificate::ModelError {
             e: to_rows(&error.e),
             f: to_rows(&error.f),
@@ -79,7 +87,7 @@ pub fn with_model_error(
             certificate.claims.extend([rate(slow, None), covered]);
         }
         let theorem = certificate.prove()?;
-        Ok(Proof { certificate, theorem, model_error: Some(size) })
+        Ok((Proof { certificate, theorem, model_error: Some(size) }, alone))
     };
     // A tight bound can fail by rounding; gamma is then raised slightly.
     proved(covered).or_else(|reason| {

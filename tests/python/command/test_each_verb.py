@@ -9,7 +9,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from conftest import SQUID, Run, masked, messages, mistakes, named, refusal
+from conftest import SQUID, Run, masked, messages, named, refusal
 from fly.stages import ROOT
 from syrupy.assertion import SnapshotAssertion
 
@@ -112,8 +112,10 @@ def test_a_new_vehicle_overwrites_nothing(
     done = run_squid("new", tmp_path, "--json")
     refusal(done, "exists")
     assert messages(done, TMP=tmp_path) == snapshot
-    ((_, key),) = mistakes(run_squid("new", tmp_path / "9 lives", "--json"))
-    assert key == "vehicle.name" and not list(tmp_path.iterdir())
+    done = run_squid("new", tmp_path / "9 lives", "--json")
+    refusal(done, "argument", 64)
+    assert messages(done, TMP=tmp_path) == snapshot(name="name")
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_doctor_names_what_is_missing(

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import UNBROKEN, Run, masked, messages, named, refusal
+from conftest import UNBROKEN, Run, kinds, masked, messages, named, refusal
 from fly.stages import ROOT
 from syrupy.assertion import SnapshotAssertion
 
@@ -78,6 +78,10 @@ def test_a_design_that_is_not_proved_is_no_success(
         assert done.returncode == 0, done.stderr
         warning = done.stdout.splitlines()[0]
         assert warning.startswith("NOT PROVED: "), words
+        if words[0] != "report":
+            found = json.loads(run_squid(words[0], vehicle, *words[1:], "--out", out, "--json").stdout)
+            assert found["proved"] is False and f"NOT PROVED: {found['not_proved_because']}" == warning, words
+            assert kinds(found, "warnings")[0] == "not_proved"
     assert masked(named(warning, TMP=tmp_path)) == snapshot
     page = (out / "report.html").read_text("utf-8")
     assert 0 < page.index("NOT PROVED: ") < page.index("<nav>")
@@ -110,6 +114,27 @@ def test_a_certificate_that_does_not_prove_is_told_first(
 def test_a_proved_design_is_not_called_unproved(run_squid: Run, quick_vehicle: Path, designed: Path) -> None:
     done = run_squid("show", quick_vehicle, "--out", designed)
     assert done.returncode == 0 and "NOT PROVED" not in done.stdout
+    for verb in ("show", "simulate"):
+        found = json.loads(run_squid(verb, quick_vehicle, "--out", designed, "--json").stdout)
+        assert found["proved"] is True and "not_proved_because" not in found, verb
+
+
+@pytest.mark.parametrize("verb", ["show", "simulate", "report", "package", "export", "campaign"])
+def test_a_design_of_another_version_must_be_made_again(
+    run_squid: Run, quick_vehicle: Path, copied_design: Path, verb: str
+) -> None:
+    """Of every verb that reads a stored design; `squid design` replaces it."""
+    path = copied_design / "controller.json"
+    values = json.loads(path.read_text("utf-8"))
+    values["saturation"] = values.pop("anti_windup", [])
+    path.write_text(json.dumps(values), encoding="utf-8")
+    before = contents(copied_design)
+    done = run_squid(verb, quick_vehicle, "--out", copied_design, "--json")
+    assert refusal(done, "other_format")["reason"].startswith(str(path))
+    assert contents(copied_design) == before
+    if verb == "show":
+        assert run_squid("design", quick_vehicle, "--no-advise", "--out", copied_design).returncode == 0
+        assert run_squid("show", quick_vehicle, "--out", copied_design).returncode == 0
 
 
 def test_show_prints_the_controller_that_is_stored(

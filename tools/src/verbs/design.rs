@@ -6,7 +6,7 @@ use crate::output::{answer, say};
 use crate::progress::show;
 use rayon::prelude::*;
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use squid_base::files::read;
 use squid_base::numbers::percent;
 use squid_base::progress::{Progress, Results};
@@ -22,6 +22,7 @@ use squid_design::store::{self, Stored, source_directory};
 use squid_design::synthesise::ladder;
 use squid_design::synthesise::robust::stored::CERTIFICATE;
 use squid_design::verdict::row::Row;
+use squid_finding::Finding;
 use squid_tune::advise::advise;
 use squid_tune::attempt::ControllerKind;
 use std::collections::BTreeMap;
@@ -189,6 +190,13 @@ fn report_axis(
 /// Returns a bound on the rate of the speed, m/s^2, as text.
 pub(crate) fn no_faster(rate: Option<f64>) -> String {
     rate.map(|rate| format!(" that changes by at most {rate} m/s^2")).unwrap_or_default()
+}
+
+/// Returns for JSON whether a stored design is proved, and if not, why.
+pub(crate) fn proved(unproved: Option<&Finding>) -> Map<String, Value> {
+    let why = unproved.map(|found| found.why.strip_prefix("NOT PROVED: ").unwrap_or(&found.why));
+    let reason = why.map(|why| ("not_proved_because".to_owned(), json!(why)));
+    [("proved".to_owned(), json!(unproved.is_none()))].into_iter().chain(reason).collect()
 }
 
 /// Returns the written figures for JSON.

@@ -3,8 +3,9 @@
 use crate::error::Error;
 use crate::output::{answer, say};
 use serde_json::json;
-use squid_auv::Vehicle;
-use squid_base::files::{self, Files};
+use squid_auv::toml_file::cited;
+use squid_auv::{VEHICLE_NAMES, Vehicle, is_vehicle_name};
+use squid_base::files::Files;
 use squid_design::inputs::design_file::DesignFile;
 use squid_design::inputs::together::common_speeds;
 use std::path::Path;
@@ -64,11 +65,15 @@ impl Like {
 /// that of the vehicle.
 ///
 /// # Errors
-/// [`Error::Exists`], a name that a vehicle cannot have, and errors of the files.
+/// [`Error::Exists`], [`Error::Argument`] for a name that a vehicle cannot have, and errors of the files.
 pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     let name = directory.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     if directory.exists() {
         return Err(Error::Exists { path: directory.display().to_string() });
+    }
+    if !is_vehicle_name(&name) {
+        let allowed = format!("a directory whose name can be that of the vehicle: {VEHICLE_NAMES}");
+        return Err(Error::Argument { name: "DIRECTORY", found: cited(&name), allowed });
     }
     let Template { vehicle, design, others, name: theirs } = like.template();
     let whose = theirs.trim_start_matches("name = ").trim_matches('"');
@@ -87,8 +92,6 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     let file = directory.join("vehicle.toml");
     Vehicle::parse(&vehicle, &file.display().to_string())?;
     let [speed_min, speed_max] = common_speeds(&DesignFile::parse_each(design, "design.toml", "design")?);
-    std::fs::create_dir_all(directory)
-        .map_err(|reason| files::Error::Unwritable { path: directory.display().to_string(), reason })?;
     let mut files = Files::default();
     files.add(file, vehicle);
     files.add(directory.join("design.toml"), head.clone() + &here(design));

@@ -4,6 +4,7 @@
 use crate::cli::read_vehicle;
 use crate::error::Error;
 use crate::output::{answer, is_for_programs, say, say_path};
+use csv::ErrorKind;
 use serde_json::{Value, json};
 use squid_auv::longitudinal::{DEPTH, PITCH};
 use squid_auv::toml_file::cited;
@@ -212,7 +213,13 @@ fn bare(heading: &str) -> &str {
 /// Reads the columns of a record by name, without the quotes that FMPy puts around names.
 pub(super) fn read_record(path: &Path) -> Result<Record, Error> {
     let text = read(path)?;
-    let unreadable = |reason: csv::Error| record_error(path, reason.to_string());
+    let unreadable = |reason: csv::Error| match reason.kind() {
+        ErrorKind::UnequalLengths { pos: Some(row), expected_len, len } => Error::Record {
+            path: format!("{}:{}", path.display(), row.line()),
+            reason: format!("there are {len} fields; it must be {expected_len}, one for each column of the header"),
+        },
+        _ => record_error(path, reason.to_string()),
+    };
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let names: Vec<String> =
         reader.headers().map_err(unreadable)?.iter().map(|n| n.trim_matches('"').to_owned()).collect();
@@ -239,6 +246,9 @@ pub(super) fn read_record(path: &Path) -> Result<Record, Error> {
             if value.is_nan() || (is_time && column.last().is_some_and(|before| value < *before)) {
                 return Err(at(if is_time { "at least the previous one" } else { "a number" }));
             }
+            if value.is_infinite() {
+                return Err(at("a finite number"));
+            }
             column.push(value);
         }
     }
@@ -264,5 +274,20 @@ mod tests {
         let Error::Record { path: at, reason } = read_record(&path).unwrap_err() else { panic!() };
         assert!(at.ends_with("flight.csv:4"), "{at}");
         insta::assert_snapshot!(reason);
+    }
+
+    /// Numbers that cannot be drawn and rows of another length are refused with their line.
+    #[test]
+    fn names_the_line_of_a_wrong_row() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flight.csv");
+        let mut messages = vec![];
+        for row in ["1,inf", "1,-1e999", "1,nan", "1", "1,2,3"] {
+            std::fs::write(&path, format!("time,depth\n0,1\n{row}\n")).unwrap();
+            let Error::Record { path: at, reason } = read_record(&path).unwrap_err() else { panic!() };
+            assert!(at.ends_with("flight.csv:3"), "{row}: {at}");
+            messages.push(format!("{row}: {reason}"));
+        }
+        insta::assert_snapshot!(messages.join("\n"));
     }
 }

@@ -9,6 +9,7 @@ use crate::cli::{Selected, Show, Which, read_vehicle};
 use crate::error::Error;
 use crate::output::{answer, answer_each, say, warn};
 use crate::progress::show;
+use crate::verbs::design::proved;
 use serde_json::{Map, Value, json};
 use squid_auv::{Lateral, Pitch, Vehicle};
 use squid_base::progress::Progress;
@@ -18,6 +19,7 @@ use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::linearise;
 use squid_design::store::{self, Stored};
+use squid_finding::Finding;
 use squid_scheduled::DEFAULT_DESIGN;
 use std::path::Path;
 
@@ -68,12 +70,17 @@ fn show_axis(
     let controller =
         (options.controller || all).then(|| shown_controller(inputs, stored.as_ref(), directory));
     let controller = controller.transpose()?;
-    let unproved = stored.and_then(|stored| stored.unproved(inputs));
-    unproved.iter().chain(&inputs.findings()).for_each(warn);
+    let unproved = match (&stored, &controller) {
+        (Some(stored), _) => Some(stored.unproved(inputs)),
+        (None, Some(computed)) => Some(computed.unproved.clone()),
+        (None, None) => None,
+    };
+    unproved.iter().flatten().chain(&inputs.findings()).for_each(warn);
     let mut shown = Map::new();
     if inputs.design.axis.is_some() {
         shown.insert("axis".into(), json!(inputs.design.steered_signal()));
     }
+    shown.extend(unproved.map(|unproved| proved(unproved.as_ref())).unwrap_or_default());
     if let Some(v) = speed {
         let found = inputs.axis().at(v)?;
         say(&tables::speed(&inputs.vehicle, &found));
@@ -88,9 +95,9 @@ fn show_axis(
         say(&tables::fit(inputs, &model));
         shown.insert("fit".into(), values::fit(&model));
     }
-    if let Some((text, value)) = controller {
+    if let Some(ShownController { text, json, .. }) = controller {
         say(text.trim_end());
-        shown.insert("controller".into(), value);
+        shown.insert("controller".into(), json);
     }
     if options.uncertainty {
         say(uncertainty::uncertainty(inputs)?.trim_end());
@@ -146,13 +153,21 @@ fn show_lateral(vehicle: &Vehicle, speed: f64, depth: f64, pitch: &Pitch, shown:
     }
 }
 
+/// Controller as text and as JSON; for one that is designed for this output only, the finding if it is not proved.
+struct ShownController {
+    text: String,
+    json: Value,
+    unproved: Option<Finding>,
+}
+
 /// Returns the stored controller, or one designed for this output only.
 fn shown_controller(
     inputs: &Inputs,
     stored: Option<&Stored>,
     directory: &Path,
-) -> Result<(String, Value), Error> {
+) -> Result<ShownController, Error> {
     let directory = directory.display();
+    let mut unproved = None;
     let finished;
     let (source, k, gamma) = if let Some(stored) = stored {
         let robust = if stored.robust.is_some() { ", created with --robust" } else { "" };
@@ -161,11 +176,13 @@ fn shown_controller(
     } else {
         let design = || squid_design::run::run(inputs, &Progress::default());
         finished = Progress::new(&show).timed("design", "solving the matrix inequalities", design).0?;
+        unproved = finished.unproved();
         let source = format!(
             "{directory} contains no design of these files; this one was computed for this output and is not stored"
         );
         (source, &finished.design.controller, &finished.frozen.controller.gamma)
     };
     let text = tables::controller(inputs, k, gamma)?;
-    Ok((format!("{source}\n{text}"), values::controller(inputs, k, gamma)?))
+    let (text, json) = (format!("{source}\n{text}"), values::controller(inputs, k, gamma)?);
+    Ok(ShownController { text, json, unproved })
 }

@@ -4,7 +4,7 @@ use crate::cli::{Selected, Which, read_sea};
 use crate::error::Error;
 use crate::output::{answer, say, warn};
 use crate::progress::show;
-use crate::verbs::design::load_or_design;
+use crate::verbs::design::{load_or_design, proved};
 use serde_json::{Value, json};
 use squid_auv::Current;
 use squid_base::progress::Progress;
@@ -42,19 +42,20 @@ pub fn run(
     }
     let sea = sea.map(|path| read_sea(path, &axes[0].0)).transpose()?;
     let stored = load_or_design(&axes)?;
-    for ((inputs, _), own) in axes.iter().zip(&stored) {
-        own.unproved(inputs).iter().for_each(warn);
-    }
+    let unproved: Vec<_> =
+        axes.iter().zip(&stored).map(|((inputs, _), stored)| stored.unproved(inputs)).collect();
+    unproved.iter().flatten().for_each(warn);
     let mut found = vec![];
-    for ((inputs, directory), stored) in axes.iter().zip(&stored) {
+    for (((inputs, directory), stored), unproved) in axes.iter().zip(&stored).zip(&unproved) {
         // The heading axis alone is simulated in still water only.
-        if both.is_some() && sea.is_some() && inputs.design.view().is_level_held {
-            continue;
-        }
-        let mut flown = simulate_axis((inputs, stored), sea.as_ref().map(|(sea, _)| sea), directory)?;
+        let is_alone = both.is_none() || sea.is_none() || !inputs.design.view().is_level_held;
+        let sea = sea.as_ref().map(|(sea, _)| sea);
+        let flown = is_alone.then(|| simulate_axis((inputs, stored), sea, directory)).transpose()?;
+        let mut flown = flown.unwrap_or_else(|| json!({ "directory": directory }));
         if axes.len() > 1 {
             flown["axis"] = json!(inputs.design.steered_signal());
         }
+        proved(unproved.as_ref()).into_iter().for_each(|(key, value)| flown[key] = value);
         found.push(flown);
     }
     if let ([one], 1) = (&found[..], axes.len()) {

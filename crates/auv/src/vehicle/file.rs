@@ -18,7 +18,7 @@ use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
 use crate::vehicle::file::units::Units;
 use crate::vehicle::surge::Surge;
-use crate::vehicle::{Status, Vehicle, is_vehicle_name};
+use crate::vehicle::{Status, VEHICLE_NAMES, Vehicle, is_vehicle_name};
 
 const CONVENTION: &str = "convention";
 const CONVENTIONS: [&str; 2] = ["viscous", "combined"];
@@ -80,8 +80,7 @@ fn vehicle_table(table: &Table<'_>) -> Option<(String, Status, String)> {
     table.allow_only(&["name", "status", "description"]);
     let name = table.text("name");
     if let Some(name) = name.as_ref().filter(|name| !is_vehicle_name(name)) {
-        let allowed = "at most 64 letters, digits, '_', '-' and spaces, starting with a letter";
-        table.not_allowed("name", cited(name), allowed);
+        table.not_allowed("name", cited(name), VEHICLE_NAMES);
     }
     let status = table.one_of("status", &Status::ALL.map(Status::word)).map(|index| Status::ALL[index]);
     let description = table.text("description");

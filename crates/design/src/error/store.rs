@@ -1,5 +1,7 @@
 //! Errors of the stored files of a design.
 
+use std::fmt::Display;
+use std::path::Path;
 use strum::IntoStaticStr;
 use thiserror::Error;
 
@@ -30,6 +32,12 @@ pub enum StoreError {
         "{file}: `{key}` is {found}, but vehicle and design file give {expected}; run `squid design` again"
     )]
     Edited { file: &'static str, key: String, found: String, expected: String },
+    /// A stored file with keys or values of another version.
+    #[error(
+        "{path}: the format of the stored design is not that of this version of squid ({reason}); run `squid design` \
+         again"
+    )]
+    OtherFormat { path: String, reason: String },
     /// A frozen controller is not valid.
     #[error("{path}: {reason}")]
     BadController { path: String, reason: squid_scheduled::DesignError },
@@ -48,4 +56,14 @@ pub enum StoreError {
     /// The manoeuvre is invalid.
     #[error(transparent)]
     Manoeuvre(#[from] squid_scheduled::ManoeuvreError),
+}
+
+impl StoreError {
+    /// Returns the error of a stored file that is JSON, but not as this version writes it.
+    pub(crate) fn other_format(path: &Path, reason: impl Display) -> Self {
+        let reason = reason.to_string();
+        // Serde's list of all keys is too long for a sentence.
+        let found = reason.split(", expected one of").next().unwrap_or_default().to_owned();
+        Self::OtherFormat { path: path.display().to_string(), reason: found }
+    }
 }

@@ -124,7 +124,8 @@ pub fn holding_ratio(actuators: &[Actuator], step: f64, l: &Linearisation) -> f6
 mod tests {
     use super::*;
     use crate::inputs::Inputs;
-    use crate::inputs::tests::{masked, shipped, shipped_axis};
+    use crate::inputs::tests::{shipped, shipped_axis};
+    use crate::masked::masked;
 
     fn found(change: impl Fn(&mut Inputs)) -> Vec<Finding> {
         let mut inputs = shipped("squid", "design");

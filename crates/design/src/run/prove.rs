@@ -17,6 +17,7 @@ use crate::synthesise::anti_windup::{SPEEDS, anti_windup};
 use crate::synthesise::follow::follow;
 use crate::synthesise::given;
 use squid_base::progress::Progress;
+use squid_lpv::analysis::GainBound;
 use squid_lpv::controller::Controller;
 use squid_lpv::matrix::to_rows;
 use squid_lpv::plant::GeneralisedPlant;
@@ -58,28 +59,33 @@ pub(super) fn proved(
     synthesised: Synthesised,
     progress: &Progress,
 ) -> Result<FinishedAxis, Error> {
-    let Synthesised { model, plant, design } = &synthesised;
+    let Synthesised { model, plant, mut design } = synthesised;
     let what = "the loop with the fit and with the true linearisations";
-    let check = || check(vehicle, file, plant, &design.controller, design.certified.gamma);
+    let check = || check(vehicle, file, &plant, &design.controller, design.certified.gamma);
     let checks = progress.timed("check", what, check).0?;
     progress.done("check", &check_line(&checks, design.certified.gamma));
     checks.finding(file.sample_time, file.control_weight.low).iter().for_each(|found| progress.warn(found));
     let axis = Axis { vehicle, file, progress };
-    let proof = axis.certificate(model, plant, design);
-    let sampled = axis.sampled(model, design);
+    let proof = axis.certificate(&model, &plant, &design);
+    let sampled = axis.sampled(&model, &design);
+    let proof = proof.map(|(proof, bound)| {
+        design.certified = bound;
+        proof
+    });
     let lft = lft_matrices(&design.controller);
-    let mut controller = controller(vehicle, file, hashes, lft, gamma(design, proof.is_ok()))?;
+    let mut controller = controller(vehicle, file, hashes, lft, gamma(&design, proof.is_ok()))?;
     let gains = match given::anti_windup(vehicle.actuators(), file)? {
         Some(given) => vec![to_rows(&given)],
         None => axis.anti_windup(&design.controller)?,
     };
     controller.anti_windup = gains.first().cloned();
     controller.follow = follow(file, &design.controller)?;
-    let limits = |proof| axis.limits(proof, plant, &design.controller, (&controller, &gains));
+    let limits = |proof| axis.limits(proof, &plant, &design.controller, (&controller, &gains));
     let proof = proof.map(|proof| if gains.is_empty() { proof } else { limits(proof) });
     if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits()) {
         controller.anti_windup = Some(limits.e.clone());
     }
+    let synthesised = Synthesised { model, plant, design };
     Ok(FinishedAxis { synthesised, checks, proof, sampled, controller })
 }
 
@@ -92,16 +98,21 @@ struct Axis<'a> {
 }
 
 impl Axis<'_> {
-    /// Computes the certificate. If the proof fails, the reason is reported and returned, so that the design can be
-    /// inspected.
-    fn certificate(&self, model: &Model, plant: &GeneralisedPlant, design: &Design) -> Result<Proof, String> {
+    /// Computes the certificate, and the proved bound for the fit. If the proof fails, the reason is reported and
+    /// returned, so that the design can be inspected.
+    fn certificate(
+        &self,
+        model: &Model,
+        plant: &GeneralisedPlant,
+        design: &Design,
+    ) -> Result<(Proof, GainBound), String> {
         let Self { vehicle, file, progress } = *self;
         let what = "covering the residual of the fit, and proving in exact arithmetic";
         let (proof, seconds) =
             progress.timed("certify", what, || certify(vehicle, file, model, plant, design));
         let proof = proof.map_err(|reason| reason.to_string());
         match &proof {
-            Ok(proof) => {
+            Ok((proof, _)) => {
                 let claim = claims::gain(&proof.theorem, file.scheduling().1);
                 progress.done("certify", &proved_in(&claim, seconds));
             }

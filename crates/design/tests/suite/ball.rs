@@ -1,9 +1,10 @@
 //! Ball around the fit, and fit of the slope of the trim.
 
-use crate::designs::{Made, committed, inputs, made};
+use crate::designs::{Made, committed, inputs, made, read_axis};
 use squid_certificate::ModelError;
 use squid_design::augment::{LinearModel, augment};
 use squid_design::axis::VehicleModel;
+use squid_design::certify::certify;
 use squid_design::certify::fit_residual::fit_residual;
 use squid_design::check::frozen_controller;
 use squid_design::fit::Model;
@@ -142,4 +143,20 @@ fn slope_fit_has_no_pole_near_range() {
         }
     }
     assert!(rational >= 4, "poles help at speeds above rest: {rational}");
+}
+
+/// The fit is in the ball, so that the bound for the fit is at most that for the ball: also where the search finds the
+/// smaller bound for the ball, as for the heading of REMUS 100.
+#[test]
+fn bound_for_the_fit_is_at_most_that_for_the_ball() {
+    let heading = Made::of(read_axis("remus100", "heading"));
+    for (name, made, is_smaller) in [("squid", made("squid"), true), ("heading", &heading, false)] {
+        let Made { inputs, model, plant, design } = made;
+        let (proof, bound) = certify(&inputs.axis(), &inputs.design, model, plant, design).unwrap();
+        let theorem = proof.theorem;
+        let (fit, ball) = (theorem.gamma.unwrap(), theorem.gamma_with_model_error.unwrap());
+        assert_eq!((fit < ball, fit <= ball), (is_smaller, true), "{name}: {fit} and {ball}");
+        assert_eq!(fit.to_bits(), bound.gamma.to_bits(), "{name}");
+        assert!(fit <= design.certified.gamma && bound.largest_eigenvalue < 0.0, "{name}: {fit}");
+    }
 }

@@ -53,7 +53,7 @@ impl Made {
 
     pub fn proof(&self) -> Proof {
         let Self { inputs, model, plant, design } = self;
-        certify(&inputs.axis(), &inputs.design, model, plant, design).unwrap()
+        certify(&inputs.axis(), &inputs.design, model, plant, design).unwrap().0
     }
 }
 

@@ -68,3 +68,34 @@ fn concurrent_writers_leave_one_design() {
     });
     assert_one_design(folder.path(), &proved, &other);
 }
+
+/// A file that is JSON with other keys, types or another format is of another version; the error names it.
+#[test]
+fn names_the_file_of_another_version() {
+    let inputs = read("squid", "paper");
+    let folder = tempfile::tempdir().unwrap();
+    store::save(folder.path(), &inputs, &run(&inputs, &Progress::default()).unwrap()).unwrap();
+    let changes = [
+        ("controller.json", "\"delay\": 0, \"format\"", true),
+        ("controller.json", "\"older\"", true),
+        ("plant.json", "\"older\"", true),
+        ("controller.json", "not JSON", false),
+        ("plant.json", "not JSON", false),
+    ];
+    for (name, format, is_format) in changes {
+        let path = folder.path().join(name);
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, text.replacen("\"format\"", format, 1)).unwrap();
+        let error = store::load(folder.path(), &inputs).unwrap_err();
+        match error {
+            Error::Store(StoreError::OtherFormat { path: found, .. }) if is_format => {
+                assert_eq!(Path::new(&found), path);
+            }
+            error => assert!(!is_format, "{name}, {format}: {error}"),
+        }
+        std::fs::write(&path, text).unwrap();
+    }
+    std::fs::write(folder.path().join("robust.json"), "{}").unwrap();
+    let error = store::load(folder.path(), &inputs).unwrap_err();
+    assert!(matches!(error, Error::Store(StoreError::OtherFormat { .. })), "{error}");
+}

@@ -10,28 +10,27 @@ static void note(int *result, int code)
     if (*result == AUTOPILOT_OK) *result = code;
 }
 
-int autopilot_init(autopilot_state *state, autopilot_outputs *out)
+/* Init if there are no inputs, otherwise reset; if an axis refuses, state and outputs remain as they were. */
+static int begin(autopilot_state *state, const autopilot_inputs *in, autopilot_outputs *out)
 {
     autopilot_state fresh;
     autopilot_outputs first;
     int result = AUTOPILOT_OK;
-@init@
+@begin@
     if (result != AUTOPILOT_OK) return result;
     *state = fresh;
     *out = first;
     return result;
 }
 
+int autopilot_init(autopilot_state *state, autopilot_outputs *out)
+{
+    return begin(state, 0, out);
+}
+
 int autopilot_reset(autopilot_state *state, const autopilot_inputs *in, autopilot_outputs *out)
 {
-    autopilot_state fresh;
-    autopilot_outputs first;
-    int result = AUTOPILOT_OK;
-@reset@
-    if (result != AUTOPILOT_OK) return result;
-    *state = fresh;
-    *out = first;
-    return result;
+    return begin(state, in, out);
 }
 
 int autopilot_step(autopilot_state *state, const autopilot_inputs *in, autopilot_outputs *out)

@@ -17,10 +17,16 @@ static void put_@axis@(const @own@_outputs *from, autopilot_outputs *to)
 @put@
 }
 
-static int begin_@axis@(@own@_state *state, const @own@_inputs *in, autopilot_outputs *out)
+static int begin_@axis@(@own@_state *state, const autopilot_inputs *in, autopilot_outputs *out)
 {
     @own@_outputs found;
-    const int code = in == 0 ? @own@_init(state, &found) : @own@_reset(state, in, &found);
+    int code;
+    if (in == 0) {
+        code = @own@_init(state, &found);
+    } else {
+        const @own@_inputs own = @axis@_inputs(in);
+        code = @own@_reset(state, &own, &found);
+    }
     if (code == @OWN@_OK) put_@axis@(&found, out);
     return code;
 }
@@ -32,12 +38,6 @@ static int step_@axis@(@own@_state *state, const autopilot_inputs *in, autopilot
     const int code = @own@_step(state, &own, &found);
     if (code == @OWN@_OK) put_@axis@(&found, out);
     return code;
-}
-
-static int reset_@axis@(@own@_state *state, const autopilot_inputs *in, autopilot_outputs *out)
-{
-    const @own@_inputs own = @axis@_inputs(in);
-    return begin_@axis@(state, &own, out);
 }
 
 static int follow_@axis@(@own@_state *state, const autopilot_inputs *in, const autopilot_commands *applied)

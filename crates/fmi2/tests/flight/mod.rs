@@ -2,6 +2,10 @@
 
 #![allow(dead_code, reason = "not every test needs everything")]
 
+#[path = "../../../base/tests/masked/mod.rs"]
+mod masked;
+
+pub use masked::masked;
 use squid_fmi2::{Described, Experiment, Failure, Instance, Log, Model, Value};
 
 #[derive(Default)]
@@ -76,13 +80,4 @@ impl<M: Model> Flight<M> {
             self.instance.step(from + f64::from(k) * size, size, &mut self.log).unwrap();
         }
     }
-}
-
-/// Returns a text with each run of digits masked, for snapshots of computed numbers.
-pub fn masked(text: &str) -> String {
-    let mut masked = text.replace(|c: char| c.is_ascii_digit(), "#");
-    while masked.contains("##") {
-        masked = masked.replace("##", "#");
-    }
-    masked
 }

@@ -292,6 +292,14 @@ pub fn with_raised_gamma(closed: &ClosedLoop, error: &LoopError, bound: &GainBou
     with_largest_margin(closed, error, &raised)
 }
 
+/// Returns a bound with model error as one without: Delta = 0 is among the errors, so that the inequality without error
+/// is a part of the one with error, and the same X, S and T prove it.
+pub fn without_error(closed: &ClosedLoop, covered: &GainBound) -> GainBound {
+    let mut alone = GainBound { factor: None, lambda: 0.0, ..covered.clone() };
+    alone.largest_eigenvalue = worst_eigenvalue(closed, &LoopError::none(closed), &alone);
+    alone
+}
+
 /// The fraction of gamma traded for a margin of the inequality.
 pub const GAMMA_SHARE: f64 = 0.01;
 

@@ -62,6 +62,21 @@ fn refuses_gains_units_forms_and_tables() {
     assert!(made("remus100", &layout("pitch"), &after).is_ok());
 }
 
+/// The keys of the table depend on its kind: where that is wrong, it is the only mistake.
+#[test]
+fn reports_only_the_kind_if_it_is_wrong() {
+    let mut messages = vec![];
+    for kind in ["\"pdi\"", "\"full\"", "\"\"", "1"] {
+        let error = squid_pid::read_file(&GOOD.replacen("\"pid\"", kind, 1), "mine.toml").unwrap_err();
+        assert_eq!(mistake(&error), (2, "controller.kind".into()), "{error}");
+        messages.push(error.to_string());
+    }
+    let error = squid_pid::read_file("[controller]\nkind = \"full\"\nkp = 1.0\n", "mine.toml").unwrap_err();
+    assert_eq!(error.mistakes.iter().map(|one| one.line).collect::<Vec<_>>(), [2, 3]);
+    messages.push(error.to_string());
+    insta::assert_snapshot!(messages.join("\n\n"));
+}
+
 #[test]
 fn refuses_loops_of_untracked_signals() {
     let mut blind = layout("pitch");

@@ -1,7 +1,7 @@
 //! The stored files of a robust design: figures and certificate, written, read and checked.
 
 use crate::certify::verify;
-use crate::error::Error;
+use crate::error::{Error, StoreError};
 use crate::fit::Model;
 use crate::inputs::Inputs;
 use crate::synthesise::robust::figures::{RobustFigures, declared_without};
@@ -9,7 +9,7 @@ use crate::synthesise::robust::{REDUCTION, Robust};
 use crate::uncertain::truncate::reduced;
 use crate::uncertain::{Fidelity, over_range};
 use squid_base::files::{self, Files, read};
-use squid_certificate::Certificate;
+use squid_certificate::{Certificate, Failure};
 use squid_proof::claim::{parse, text};
 use squid_proof::error::ProofError;
 use squid_proof::same_plant;
@@ -51,16 +51,25 @@ pub struct StoredRobust {
 /// The robust design in a directory, if there is one.
 ///
 /// # Errors
-/// [`files::Error::Unreadable`], [`files::Error::Json`], [`ProofError::Certificate`].
+/// [`files::Error::Unreadable`], [`files::Error::Json`], [`ProofError::Certificate`]; [`StoreError::OtherFormat`] if
+/// another version wrote the files.
 pub fn stored(directory: &Path) -> Result<Option<StoredRobust>, Error> {
     let path = directory.join(FIGURES);
     if !path.is_file() {
         return Ok(None);
     }
-    let wrong = |reason| files::Error::Json { path: path.display().to_string(), reason };
+    let wrong = |reason: serde_json::Error| match reason {
+        reason if reason.is_data() => Error::from(StoreError::other_format(&path, reason)),
+        reason => files::Error::Json { path: path.display().to_string(), reason }.into(),
+    };
     let figures = serde_json::from_str(&read(&path)?).map_err(wrong)?;
     let path = directory.join(CERTIFICATE);
-    let certificate = parse(&read(&path)?, &path.display().to_string())?;
+    let certificate = parse(&read(&path)?, &path.display().to_string()).map_err(|reason| match reason {
+        ProofError::Certificate { reason: Failure::Json(json), .. } if json.is_json => {
+            Error::from(StoreError::other_format(&path, json))
+        }
+        reason => reason.into(),
+    })?;
     Ok(Some(StoredRobust { figures, certificate }))
 }
 
