@@ -188,7 +188,9 @@ const KEYS: [&str; 3] = ["allocation", "integrator", "tracking_time"];
 
 /// Returns `true` for a key that a controller of kind "pid" can have.
 fn is_of_pid(key: &str) -> bool {
-    KEYS.contains(&key) || ["depth", "speed"].contains(&key) || Angle::ALL.iter().any(|angle| angle.name() == key)
+    KEYS.contains(&key)
+        || ["depth", "speed"].contains(&key)
+        || Angle::ALL.iter().any(|angle| angle.name() == key)
 }
 
 fn optional<T>(

@@ -201,7 +201,7 @@ fn ends_are_accepted_or_excluded<M: Model>(describe: fn() -> Described<M>) -> us
             let sentence = refused.to_string();
             let own = sentence.contains(&format!("{} is {end}", parameter.name));
             if own {
-                let words = ["above zero", "excluded"];
+                let words = ["above zero", "strictly"];
                 let explained = words.iter().any(|word| parameter.description.contains(word));
                 assert!(explained, "'{}' at {end}: {sentence}", parameter.description);
                 excluded += 1;

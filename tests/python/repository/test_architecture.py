@@ -85,6 +85,7 @@ NEVER = {
         "squid-model-description",
         "clap",
     },
+    "squid-finding": {"squid-base", "squid-auv", "squid-lpv", "squid-certificate", "squid-scheduled", "squid-fmi2"},
     "squid-base": {"squid-auv", "squid-lpv", "squid-certificate", "squid-scheduled", "squid-fmi2"},
     "squid-tune": {"clap", "indicatif", "zip", "squid-fmi2", "squid-report", "squid-package"},
     "squid-package": {"clap", "indicatif", "squid-paper"},

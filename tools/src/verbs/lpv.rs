@@ -40,7 +40,7 @@ pub enum LpvVerb {
     /// quadratic Lyapunov function common to all their values, with these scalings, certifies; another may exist); 3,
     /// numerical_failure: inconclusive; 4, too_fast: there are controllers, but none computed satisfies --fastest-mode,
     /// which proves nothing about others; 1, error: a file is wrong; 64: the command line is wrong. `reason` says why
-    /// there is no controller, `remarks` what in the problem makes gains grow without limit (a control without a
+    /// there is no controller, `findings` what in the problem makes gains grow without limit (a control without a
     /// weight, a measurement without noise), and other deviations from the request.
     Synth(Synth),
     /// Verify a certificate, and check that it belongs to the plant in a problem file

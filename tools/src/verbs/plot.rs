@@ -216,7 +216,9 @@ pub(super) fn read_record(path: &Path) -> Result<Record, Error> {
     let unreadable = |reason: csv::Error| match reason.kind() {
         ErrorKind::UnequalLengths { pos: Some(row), expected_len, len } => Error::Record {
             path: format!("{}:{}", path.display(), row.line()),
-            reason: format!("there are {len} fields; it must be {expected_len}, one for each column of the header"),
+            reason: format!(
+                "there are {len} fields; it must be {expected_len}, one for each column of the header"
+            ),
         },
         _ => record_error(path, reason.to_string()),
     };

@@ -1,6 +1,6 @@
 //! Simulation of any model as an FMU, without the C interface.
 
-#![allow(dead_code, reason = "not every test needs everything")]
+#![allow(dead_code, unused_imports, reason = "not every test needs everything")]
 
 #[path = "../../../base/tests/masked/mod.rs"]
 mod masked;

@@ -75,7 +75,7 @@ const LEFT_OUT: [(&str, &str); 9] = [
 ];
 
 const OUTSIDE: &str =
-    "Not included: the square root law for large errors, and the shaping of the reference (ATC_INPUT_TC).";
+    "Not included: square root law for large errors, shaping of the reference (ATC_INPUT_TC).";
 
 /// Numbers read from a file.
 struct Read {

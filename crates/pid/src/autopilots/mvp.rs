@@ -35,9 +35,7 @@ fn law(angle: Angle) -> Vec<String> {
     vec![
         format!("Loop order: {angle} error -> {angle} command;{surge} angles in rad."),
         format!("u = p e + int i e dt + d e', e = r - {}", angle.symbols()[0]),
-        format!(
-            "In squid kd acts on the rate of {angle}: the loop is the same, the response to a reference step differs."
-        ),
+        format!("In squid kd acts on the rate of {angle}: same loop, another response to a reference step."),
     ]
 }
 
