@@ -120,7 +120,7 @@ fn writers_exclude_one_another_while_sets_fail() {
             let text = format!("{writer} {round}");
             let mut files = Files::default();
             files.add(directory.join("a"), text.clone());
-            if (writer + round) % 2 == 0 {
+            if (writer + round).is_multiple_of(2) {
                 files.add(folder.path().join("blocked"), "never");
                 files.save(&directory).unwrap_err();
             } else {

@@ -202,9 +202,9 @@ impl Report {
         let mut all: Option<Self> = None;
         for (axis, report) in axes {
             let own = |section: Section| if several { section.of_axis(axis) } else { section };
-            let named = |found: Finding| match several {
-                true => Finding { key: axis.into(), why: format!("{axis}: {}", found.why), ..found },
-                false => found,
+            let named = |found: Finding| {
+                let why = if several { format!("{axis}: {}", found.why) } else { found.why };
+                Finding { key: if several { axis.into() } else { found.key }, why, ..found }
             };
             let sections: Vec<Section> = report.sections.into_iter().map(own).collect();
             let unproved = report.unproved.into_iter().map(named).collect();

@@ -1,6 +1,6 @@
 //! Ball around the fit, and fit of the slope of the trim.
 
-use crate::designs::{Made, committed, inputs, made, read_axis};
+use crate::designs::{Made, committed, inputs, made};
 use squid_certificate::ModelError;
 use squid_design::augment::{LinearModel, augment};
 use squid_design::axis::VehicleModel;
