@@ -24,8 +24,9 @@ const QUARTER_TURN: f64 = std::f64::consts::FRAC_PI_2;
 /// Declared types; among those with the same unit, the one without limits is used if no other fits.
 #[rustfmt::skip]
 const TYPES: [RealType; 22] = [
-    real("SI.Angle",               "Angle",               "angle",                                     "rad"),
-    real("SI.Inclination",         "Angle",               "angle to the horizontal, from -90 to 90 deg", "rad").within(-QUARTER_TURN, QUARTER_TURN),
+    real("SI.Angle",               "Angle",               "angle",                                 "rad"),
+    real("SI.Inclination",         "Angle",               "angle to the horizontal, from -90 to 90 deg", "rad")
+        .within(-QUARTER_TURN, QUARTER_TURN),
     real("SI.AngularVelocity",     "AngularVelocity",     "angular rate",                          "rad/s"),
     real("SI.AngularAcceleration", "AngularAcceleration", "angular acceleration",               "rad/s2"),
     real("SI.Time",                "Time",                "time, or duration",                         "s"),

@@ -273,8 +273,8 @@ pub struct Design {
     /// Show gamma also for each assumption about the speed: frozen, slow, arbitrarily fast
     #[arg(long)]
     pub ladder: bool,
-    /// Search for a controller that tolerates more of the declared uncertainty, and compare the two (takes a minute; tens
-    /// of minutes if it misses a requirement and --no-advise is not given)
+    /// Search for a controller that tolerates more of the declared uncertainty, and compare the two (takes a minute;
+    /// tens of minutes if it misses a requirement and --no-advise is not given)
     #[arg(long)]
     pub robust: bool,
     /// Prove a gain also for all constant values of the declared uncertain coefficients, while the speed changes

@@ -37,7 +37,8 @@ pub fn warn(finding: &Finding) {
     }
 }
 
-/// Prints the result of a verb as JSON if `--json` was given, at the first call only; an object also has the `warnings`.
+/// Prints the result of a verb as JSON if `--json` was given, at the first call only; an object also has the
+/// `warnings`.
 ///
 /// # Errors
 /// [`files::Error::Json`] if JSON cannot represent the value.

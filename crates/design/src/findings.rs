@@ -1,8 +1,9 @@
 //! Findings on the files of a design, its models and its loop: the sentences that people read, with their numbers.
 
 use crate::inputs::design_file::DesignFile;
-use crate::numbers::{decimals, readable, rounded_down};
+use squid_auv::readable;
 use squid_auv::{Actuator, rounded};
+use squid_base::numbers::{decimals, rounded_down};
 use squid_finding::Finding;
 
 /// Pitch error of a unit, deg, above the usual ones.

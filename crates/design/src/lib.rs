@@ -19,7 +19,6 @@ pub mod linearise;
 #[cfg(test)]
 #[path = "../../base/tests/masked/mod.rs"]
 mod masked;
-pub mod numbers;
 pub mod run;
 pub mod store;
 pub mod synthesise;

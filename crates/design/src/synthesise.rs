@@ -10,8 +10,8 @@ use crate::check::fastest_sampled;
 use crate::error::Error;
 use crate::findings::{bounded_rate, control_weights};
 use crate::inputs::design_file::DesignFile;
-use crate::numbers::above;
 use squid_auv::Actuator;
+use squid_base::numbers::above;
 use squid_base::progress::Progress;
 use squid_finding::Finding;
 use squid_lpv::bounded_rate::SlowOptions;
@@ -144,7 +144,8 @@ fn synthesis_line(design: &Design, requested: f64, seconds: f64) -> String {
     )
 }
 
-/// The error of a failed synthesis. Unless it is proved that there is no controller, it has findings on possible causes.
+/// Returns the error of a failed synthesis, with findings on possible causes unless it is proved that there is no
+/// controller.
 fn no_controller(
     actuators: &[Actuator],
     file: &DesignFile,

@@ -72,7 +72,7 @@ impl Display for Finding {
 mod tests {
     use super::*;
 
-    /// What is missing is not written; what is written is read back.
+    /// Missing parts are not written, and written ones are read back.
     #[test]
     fn json_has_only_what_is_known() {
         let bare = Finding::new("not_proved", "depth", "the proof fails");

@@ -82,7 +82,10 @@ pub enum SynthesisError {
         im: f64,
     },
     /// A mode that is neither stable nor observable from any measurement.
-    #[error("the plant cannot be stabilised: no measurement depends on the mode at {:.4} {:+.4}i", shown(*re), shown(*im))]
+    #[error(
+        "the plant cannot be stabilised: no measurement depends on the mode at {:.4} {:+.4}i",
+        shown(*re), shown(*im)
+    )]
     NotDetectable {
         /// Real part of the mode, rad/s.
         re: f64,

@@ -1,6 +1,6 @@
 //! Rules by which a vehicle confirms the paper's claims: numbers, each with its criterion as text.
 
-use squid_design::numbers::decimals;
+use squid_base::numbers::decimals;
 use squid_report::page::Part;
 
 /// Outcome of a claim.

@@ -1,7 +1,7 @@
 //! Open-loop response of the paper's Fig. 6.
 
 use crate::claims::{Claim, Found, each_smaller};
-use squid_design::numbers::readable;
+use squid_auv::readable;
 use squid_flight::flight::{ActuatorStep, fly_open_loop};
 use squid_flight::metrics::SETTLED;
 use squid_report::error::Error;

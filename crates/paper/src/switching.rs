@@ -4,7 +4,7 @@ use crate::alternation::{Alternation, Loop, worst_alternation};
 use crate::claims::{AT_REST, Claim, Found, RampFigures, WORSE, switching_harms};
 use crate::switched::{Handover, fly_switched};
 use squid_auv::longitudinal::{PITCH, SPEED};
-use squid_design::numbers::readable;
+use squid_auv::readable;
 use squid_flight::flight::{Row, fly};
 use squid_lpv::error::SynthesisError;
 use squid_lpv::state_space::StateSpace;

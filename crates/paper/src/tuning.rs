@@ -4,10 +4,10 @@ use crate::claims::{
     Claim, Found, LEAST_DAMPING, all_below, best, equivalent_damping, least, well_damped, worst,
 };
 use squid_auv::longitudinal::PITCH;
+use squid_base::numbers::above;
 use squid_design::augment::augment;
 use squid_design::certify::lft_matrices;
 use squid_design::inputs::Inputs;
-use squid_design::numbers::above;
 use squid_design::synthesise::options;
 use squid_flight::flight::Row;
 use squid_flight::metrics::StepFigures;

@@ -12,7 +12,8 @@ use squid_lpv::plant::GeneralisedPlant;
 use squid_lpv::state_space::StateSpace;
 
 /// Error message for a plant without a bilinear transform.
-pub const POLES_AT_BOTH_ENDS: &str = "has eigenvalues at both z = 1 and z = -1; the bilinear transform requires that one of these is no eigenvalue";
+pub const POLES_AT_BOTH_ENDS: &str =
+    "has eigenvalues at z = 1 and z = -1; the bilinear transform requires that one is no eigenvalue";
 
 /// Discrete-time plant and its transform to continuous time.
 #[derive(Debug, Clone, PartialEq)]

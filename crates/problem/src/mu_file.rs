@@ -161,7 +161,8 @@ fn pair(pair: [f64; 2], least: f64) -> Option<(i64, i64)> {
 
 /// Returns the numbers of inputs w and outputs z, and the size of the perturbations.
 fn performance(source: &Source, data: &Data) -> Result<Option<(usize, usize, f64)>, Error> {
-    const ALLOWED: &str = "it must be a pair of integers from 1 to 1000, the numbers of inputs w and outputs z, which come last in P";
+    const ALLOWED: &str =
+        "it must be two integers from 1 to 1000, the numbers of inputs w and outputs z (last in P)";
     const SIZE: &str = "a number above 0, the size of the perturbation";
     let size = checked(source, "size", data.size, SIZE, |v| v > 0.0)?;
     let Some(given) = data.performance else {

@@ -20,8 +20,8 @@ enum Message<T> {
 }
 
 /// Runs `work` on its own threads, one per core. `progress` is called with the kind of each event (`began`, `done`,
-/// `warning`), the stage or the kind of the finding, and a text. If it raises, or Ctrl-C is pressed, this returns at once and the work ends at its
-/// next step.
+/// `warning`), the stage or the kind of the finding, and a text. If it raises, or Ctrl-C is pressed, this returns at
+/// once and the work ends at its next step.
 ///
 /// # Errors
 /// The exception that `progress` raises; `KeyboardInterrupt`; `RuntimeError` for an internal error.

@@ -4,11 +4,11 @@ use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Section, Table, percent
 use crate::rendered::Rendered;
 use crate::report::Report;
 use crate::simulate::heading;
+use squid_base::numbers::{above, decimals};
 use squid_campaign::bound::Gains;
 use squid_campaign::flight::Row;
 use squid_campaign::plan::{Plan, Points};
 use squid_campaign::summary::{QUANTILES, Share, Spread};
-use squid_design::numbers::{above, decimals};
 
 /// Number of steps of a plotted distribution.
 const STEPS: usize = 200;

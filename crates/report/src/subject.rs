@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::page::Key;
 use squid_auv::longitudinal::PITCH;
+use squid_auv::readable;
 use squid_auv::{Actuator, Status, Vehicle};
 use squid_base::progress::Progress;
 use squid_certificate::Theorem;
@@ -15,7 +16,6 @@ use squid_design::error::ModelError;
 use squid_design::fit::Model;
 use squid_design::fit::frequency;
 use squid_design::inputs::Inputs;
-use squid_design::numbers::readable;
 use squid_design::store::Stored;
 use squid_design::synthesise::options;
 use squid_design::verdict::Verdict;

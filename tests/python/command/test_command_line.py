@@ -311,11 +311,11 @@ def test_flight_that_leaves_the_water(
     """The flight ends at the surface, with time and speed; nothing is recorded or plotted beyond."""
     shutil.copy(copied_vehicle / "paper.toml", copied_vehicle / "design.toml")
     spoil(copied_vehicle / "design.toml", "depth = 50.0", "depth = 1.0")
-    done = run_squid("simulate", copied_vehicle, "--out", tmp_path / "out")
+    done = run_squid("simulate", copied_vehicle, "--out", tmp_path / "out", "--json")
     assert done.returncode == 0, done.stderr
-    surfaced = [line for line in done.stdout.splitlines() if line.startswith("In the ")]
-    assert masked("\n".join(surfaced)) == snapshot
-    end = float(re.findall(r"[\d.]+", surfaced[0])[0])
+    surfaced = [one for one in json.loads(done.stdout)["findings"] if one["kind"] == "surfaced"]
+    assert masked("\n".join(one["why"] for one in surfaced)) == snapshot
+    end = surfaced[0]["value"]
     names, *rows = (tmp_path / "out" / "flight.csv").read_text(encoding="utf-8").splitlines()
     column = names.split(",").index("depth [m]")
     assert min(float(row.split(",")[column]) for row in rows) >= -1e-3
@@ -481,11 +481,9 @@ def test_ladder_of_gammas(run_squid: Run, squid_by_errors: Path, tmp_path: Path,
     made = designed(run_squid, vehicle, "--design", design, "--ladder")
     printed = (made / "design.txt").read_text(encoding="utf-8")
     assert "CONTRADICTION" not in printed and "unknown" not in printed
-    ladder = printed.split("The best controller", 1)[1]
-    best, finished = (part.splitlines()[1:] for part in ladder.split("The controller of", 1))
-    alone, others = [gammas(lines) for lines in (best[:6], best[6:])]
-    scheduled, bounded_rate = others[:2], others[2:]
-    loop = gammas(finished)
+    # The lists come last, each in a paragraph, before that with the time.
+    best, loop = (gammas(part.splitlines()) for part in printed.split("\n\n")[-3:-1])
+    alone, scheduled, bounded_rate = best[:6], best[6:8], best[8:]
     assert (len(alone), len(scheduled), len(bounded_rate), len(loop)) == (6, 2, 4, 7)
     for lower, upper in pairwise([max(alone), *bounded_rate, *scheduled]):
         assert lower <= 1.002 * upper

@@ -73,8 +73,9 @@ def test_a_new_vehicle_is_like_its_model(run_squid: Run, tmp_path: Path, like: s
     assert run_squid("new", mine, "--like", like).returncode == 0
     speed = {"bluerov2_heavy": "0.4", "sparus2": "0.5"}.get(like, "2")
     model = ROOT / "vehicles" / like
-    own, theirs = (run_squid("show", path, "--speed", speed, "--json").stdout for path in (mine, model))
-    assert own == theirs and json.loads(own)
+    done = [run_squid("show", path, "--speed", speed, "--json") for path in (mine, model)]
+    own, theirs = (without_proof(json.loads(one.stdout)) for one in done)
+    assert own == theirs and "at_speed" in own.get("axes", [own])[0]
     text = (mine / "vehicle.toml").read_text(encoding="utf-8")
     assert '\nname = "mine"\n' in text and '\nstatus = "surrogate"\n' in text
     design = (mine / "design.toml").read_text(encoding="utf-8")
@@ -83,6 +84,13 @@ def test_a_new_vehicle_is_like_its_model(run_squid: Run, tmp_path: Path, like: s
     assert heading.is_file() == (model / "heading.toml").is_file()
     if heading.is_file():
         assert run_squid("show", mine, "--speed", "1.5", "--design", "heading").returncode == 0
+
+
+def without_proof(shown: dict) -> dict:
+    """Return what `show` prints, without whether a stored design is proved: the new vehicle has no design yet."""
+    for one in (shown, *shown.get("axes", ())):
+        one.pop("proved", None)
+    return shown
 
 
 def test_a_vehicle_is_shown_without_its_design(

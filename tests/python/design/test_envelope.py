@@ -223,7 +223,8 @@ def test_an_envelope_without_room_for_the_default_flight_is_said(
     done = run_squid("design", vehicle, "--out", tmp_path / "out", "--json")
     assert done.returncode == 0, done.stderr
     (warning,) = json.loads(done.stdout)["warnings"]
-    assert (warning["kind"], warning["unit"]) == ("step_limited", "deg") and warning["limit"] < warning["value"]
+    assert (warning["kind"], warning["unit"]) == ("step_limited", "deg")
+    assert warning["limit"] < warning["value"]
     assert masked(warning["why"]) == snapshot
     # Level flight, at -6 deg at the slowest speed, stays within the allowed references.
     controller = frozen(tmp_path / "out")

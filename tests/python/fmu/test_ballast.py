@@ -16,6 +16,7 @@ from fly.master import Signals, Slave, couple
 from fly.package import Packages
 from fly.stages import ROOT
 from fmpy.fmi1 import FMICallException
+from syrupy.assertion import SnapshotAssertion
 
 pytestmark = pytest.mark.change
 
@@ -175,24 +176,25 @@ def test_a_state_has_what_was_changed_in_flight(
 
 @pytest.mark.parametrize("kind", ["plant", "loop"])
 def test_bad_values_are_refused_in_a_sentence_and_the_flight_goes_on(
-    squid: Packages, capsys: pytest.CaptureFixture[str], kind: str
+    squid: Packages, capsys: pytest.CaptureFixture[str], kind: str, snapshot: SnapshotAssertion
 ) -> None:
     with started(getattr(squid, kind)) as slave, started(getattr(squid, kind), "other") as other:
         for one in (slave, other):
             one.step_to(1.0)
-        for name, value, sentence in (
-            ("weight", 0.0, "weight is 0 N, and must be a number above zero"),
-            ("buoyancy", -1.0, "buoyancy is -1 N, and must be a number above zero"),
-            ("z_G", 20.0, "the mass matrix .* is not positive definite"),
-            ("x_G", float("nan"), "'x_G' cannot be set to NaN"),
-            ("external_force_z", float("inf"), "'external_force_z' cannot be set to inf"),
-            ("mass", 60.0, "'mass' may not be set in state 'step complete'"),
+        messages = []
+        for name, value in (
+            ("weight", 0.0),
+            ("buoyancy", -1.0),
+            ("z_G", 20.0),
+            ("x_G", float("nan")),
+            ("external_force_z", float("inf")),
+            ("mass", 60.0),
         ):
             with pytest.raises(FMICallException):
                 slave.fmu.setReal(slave.references(["external_moment", name]), [1.0, value])
-            said = capsys.readouterr().out
-            assert re.search(rf"^\[ERROR\] fmi2SetReal: .*{sentence}.*$", said, re.MULTILINE), said
-            assert len(said.strip().splitlines()) == 1
+            messages += capsys.readouterr().out.strip().splitlines()
+            assert name in messages[-1] or name == "z_G"
+        assert len(messages) == 6 and "\n".join(messages) == snapshot
         for one in (slave, other):
             one.step_to(5.0)
         names = [name for name, variable in slave.variables.items() if variable.type == "Real"]

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from conftest import masked
 from fly.master import Slave
 from fly.package import Packages
 from fmpy.fmi1 import FMICallException
+from syrupy.assertion import SnapshotAssertion
 
 pytestmark = pytest.mark.change
 
@@ -62,7 +64,11 @@ def test_a_state_goes_on_to_the_bit(packages: Packages, kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_foreign_or_damaged_state_is_refused(
-    squid: Packages, remus100: Packages, capsys: pytest.CaptureFixture[str], kind: str
+    squid: Packages,
+    remus100: Packages,
+    capsys: pytest.CaptureFixture[str],
+    kind: str,
+    snapshot: SnapshotAssertion,
 ) -> None:
     """The message states what is wrong with the bytes, and the instance continues."""
     with ready(squid, kind) as first, ready(remus100, kind) as other:
@@ -70,16 +76,17 @@ def test_a_foreign_or_damaged_state_is_refused(
         stored = first.fmu.serializeFMUstate(state)
         first.fmu.freeFMUstate(state)
         damaged = bytes([*stored[:-40], stored[-40] ^ 1, *stored[-39:]])
-        for slave, content, sentence in (
-            (other, stored, "the state belongs to an FMU with another GUID"),
-            (first, damaged, "the state is damaged: its checksum does not fit"),
-            (first, stored[:-1], "bytes, but should have"),
-            (first, stored[:5], "the state has 5 bytes, but should have"),
-            (first, bytes(len(stored)), "the bytes are no state that this tool has written"),
+        capsys.readouterr()
+        for slave, content in (
+            (other, stored),
+            (first, damaged),
+            (first, stored[:-1]),
+            (first, stored[:5]),
+            (first, bytes(len(stored))),
         ):
             with pytest.raises(FMICallException):
                 slave.fmu.deSerializeFMUstate(content)
-            assert sentence in capsys.readouterr().out
+        assert masked(capsys.readouterr().out) == snapshot
         fly_on(first, kind, 0.0)
 
 

@@ -60,7 +60,12 @@ def test_check_answers_with_one_object(run_squid: Run, tmp_path: Path, snapshot:
 
     done = run_squid("lpv", "check", CASE, path, "--json")
     assert done.returncode == 0
-    assert json.loads(done.stdout) == {"status": "proved", "gamma": gamma, "reason": None}
+    assert json.loads(done.stdout) == {
+        "status": "proved",
+        "gamma": gamma,
+        "reason": None,
+        "warnings": [],
+    }
     assert check(CASE.with_name("lpv01_lpvtools_lft_tutorial.json")) == (1, "not_proved", "wrong_plant")
     assert check(tmp_path / "none.json") == (1, "error", "not_found")
     certificate = json.loads(path.read_text(encoding="utf-8"))

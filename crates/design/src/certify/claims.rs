@@ -3,8 +3,8 @@
 use crate::certify::fit_residual::SAMPLES;
 use crate::certify::limits::ClaimedStep;
 use crate::inputs::design_file::DesignFile;
-use crate::numbers::above;
-use crate::numbers::decimals;
+use squid_base::numbers::above;
+use squid_base::numbers::decimals;
 use squid_certificate::{LimitTheorem, Theorem};
 use squid_scheduled::{ControllerDesign, Manoeuvre};
 

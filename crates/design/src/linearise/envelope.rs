@@ -13,10 +13,10 @@
 use crate::error::ModelError;
 use crate::findings::step_limited;
 use crate::inputs::design_file::{DesignFile, Envelope};
-use crate::numbers::decimals;
 use rayon::prelude::*;
 use squid_auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, turn_rate};
 use squid_auv::{Actuator, Trim, Vehicle, climb, linearise};
+use squid_base::numbers::decimals;
 use squid_finding::Finding;
 use squid_lpv::matrix::{Mat, pseudo_inverse};
 use squid_scheduled::{ControllerDesign, Manoeuvre, OverSpeed, ReferenceLimits};

@@ -17,9 +17,9 @@
 
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
-use crate::numbers::decimals;
 use squid_auv::longitudinal::{PITCH, SIGNALS};
 use squid_auv::{Trim, Vehicle, View, linearise, linearise_with};
+use squid_base::numbers::decimals;
 use squid_scheduled::{ControllerDesign, Sensor, Source, Without};
 use std::collections::BTreeMap;
 

@@ -4,9 +4,9 @@ use crate::axis::OperatingPoint;
 use crate::fit::{Model, frequency};
 use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
-use crate::numbers::decimals;
 use squid_auv::longitudinal::{DEPTH, PITCH};
 use squid_auv::{Pitch, Status};
+use squid_base::numbers::decimals;
 use squid_lpv::plant::GeneralisedPlant;
 
 pub(super) fn vehicle_line(inputs: &Inputs) -> String {

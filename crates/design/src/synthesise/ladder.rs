@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::inputs::design_file::DesignFile;
-use crate::numbers::rounded_up;
+use squid_base::numbers::rounded_up;
 use squid_lpv::bounded_rate::{SlowOptions, least_gamma};
 use squid_lpv::ladder::{Disorder, Ladder, LadderGain, LadderOptions, ladder};
 use squid_lpv::plant::GeneralisedPlant;

@@ -1,8 +1,8 @@
 //! Row of the verdict.
 
 use crate::inputs::design_file::Sense;
-use crate::numbers::decimals;
 use serde::{Deserialize, Deserializer, Serialize};
+use squid_base::numbers::decimals;
 use std::fmt::{self, Display, Formatter};
 
 /// Result of comparing a figure with its requirement.

@@ -4,7 +4,6 @@ use crate::check::flown::{Flown, GUST};
 use crate::check::margins::Margins;
 use crate::inputs::Inputs;
 use crate::inputs::design_file::{REQUIREMENTS, Require, Requirement, Sense};
-use crate::numbers::readable;
 use crate::verdict::beyond::{Beyond, after};
 use crate::verdict::corners::Corners;
 use crate::verdict::flown::{StepAtSpeed, Use};
@@ -13,6 +12,7 @@ use crate::verdict::frozen::{AtSpeed, gain_margin};
 use crate::verdict::held::{AFTER, HELD, Held};
 use crate::verdict::mu::MuAtSpeed;
 use crate::verdict::row::{Figure, Outcome, Row, StoredRow};
+use squid_auv::readable;
 use squid_auv::rounded;
 use std::f64::consts::TAU;
 

@@ -264,7 +264,8 @@ fn fit(points: &[Point], order: usize) -> (Scaling, f64) {
     if points.len() < 2 {
         return (Scaling::one(), 0.0);
     }
-    // Conditioning a zero and a pole about the middle of each part of the curve; all parts rise and fall by equal amounts.
+    // Conditioning a zero and a pole about the middle of each part of the curve; all parts rise and fall by equal
+    // amounts.
     let steps: Vec<f64> = points.windows(2).map(|pair| pair[1].log - pair[0].log).collect();
     let total_variation: f64 = steps.iter().map(|step| step.abs()).sum();
     for i in 0..order {

@@ -359,7 +359,8 @@ pub(crate) fn import(angle: Angle, text: &str, file: &str) -> Result<Import, Fil
                 found.gain(("depth", key), *value, &pitch_units(role), from);
             }
             found.further.push(
-                "[controller.depth] is for a design that tracks depth; remove it for a design that tracks pitch.".into(),
+                "[controller.depth] is for a design that tracks depth; remove it for one that tracks pitch."
+                    .into(),
             );
         }
     }

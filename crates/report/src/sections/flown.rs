@@ -4,9 +4,9 @@ use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, Table};
 use crate::subject::Subject;
 use squid_auv::Actuator;
+use squid_auv::readable;
 use squid_design::check::flown::{DURATION, Flown, GUST};
 use squid_design::check::margins::Margins;
-use squid_design::numbers::readable;
 use squid_design::verdict::frozen::AtSpeed;
 
 /// Row of the table.

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, Table};
 use crate::subject::Subject;
-use squid_design::numbers::rounded_up;
+use squid_base::numbers::rounded_up;
 use squid_lpv::ladder::{Ladder, LadderOptions, ladder};
 use squid_lpv::matrix::Mat;
 use squid_lpv::rate::{RateOptions, rate_bounded_gain_from};

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, Table, percent};
 use crate::subject::Subject;
-use squid_design::numbers::above;
+use squid_base::numbers::above;
 use squid_design::synthesise::robust::figures::{Frozen, RobustFigures, gain_text};
 
 /// Returns the section on the robust and the nominal controller.

@@ -5,8 +5,8 @@ use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table};
 use crate::sections::frozen_loop::FrozenLoop;
 use crate::subject::Subject;
 use nalgebra::Complex;
+use squid_base::numbers::above;
 use squid_design::axis::Linearisation;
-use squid_design::numbers::above;
 use squid_lpv::controller::Controller;
 use squid_lpv::weights::TrackingWeight;
 

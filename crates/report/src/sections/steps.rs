@@ -9,7 +9,7 @@ use crate::peers::course::{speed_step, speed_stepped};
 use crate::sections::envelope::Envelope;
 use crate::subject::{FLOWN, STEP_TIME, Subject, shown};
 use squid_auv::longitudinal::SPEED;
-use squid_design::numbers::readable;
+use squid_auv::readable;
 use squid_flight::flight::{Flight, Row, fly};
 
 /// Returns the section on steps of each reference.

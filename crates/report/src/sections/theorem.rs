@@ -49,8 +49,9 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
         let ClaimedStep { output, size, unit, .. } = step;
         format!(
             "The step with saturated commands is a step of the {} reference from trim, of up to {size} {unit} in \
-                 either direction, at a constant speed reference.",
-            output
+                 either direction, at a constant {}.",
+            output,
+            subject.speed_reference()
         )
     });
     let lags = if subject.inputs.design.lags { "" } else { "the lags of the actuators, " };

@@ -2,8 +2,9 @@
 
 use super::tables::{modes, table};
 use serde_json::{Value, json};
+use squid_auv::readable;
 use squid_auv::{Actuator, Lateral, Turn, Vehicle};
-use squid_design::numbers::{decimals, readable};
+use squid_base::numbers::decimals;
 
 /// Returns the actuators that act out of the vertical plane, with their indices.
 fn steering(vehicle: &Vehicle) -> impl Iterator<Item = (usize, &Actuator)> {

@@ -3,11 +3,12 @@
 use crate::error::Error;
 use crate::output::COLUMNS;
 use nalgebra::Complex;
+use squid_auv::readable;
 use squid_auv::{Linearisation, Vehicle};
+use squid_base::numbers::{above, decimals};
 use squid_design::augment::augment;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
-use squid_design::numbers::{above, decimals, readable};
 use squid_lpv::controller::Controller;
 use squid_lpv::matrix::Mat;
 use squid_scheduled::Gamma;

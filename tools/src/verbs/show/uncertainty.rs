@@ -1,9 +1,9 @@
 //! `squid show --uncertainty`: the uncertain parameters, their channels in the LFT, and the model's errors.
 
 use crate::error::Error;
+use squid_auv::readable;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
-use squid_design::numbers::readable;
 use squid_design::uncertain::errors::{ModelErrors, errors};
 use squid_design::uncertain::frozen::at_speed;
 use squid_design::uncertain::model::UncertainModel;

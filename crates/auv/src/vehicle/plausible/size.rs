@@ -24,8 +24,8 @@ impl Vehicle {
         let c = &self.coefficients;
         let drag = -(c.axial_drag(FAST) + c.X_u * FAST);
         if drag <= 0.0 {
-            let why = "the hull has no drag along its axis, so any thrust would accelerate the vehicle without end: give \
-                       'X_uu', or 'wetted_area' and 'length', or 'drag_area' in [drag], or 'X_u' in [damping]";
+            let why = "the hull has no drag along its axis, so any thrust would accelerate the vehicle without end: \
+                       give 'X_uu', or 'wetted_area' and 'length', or 'drag_area' in [drag], or 'X_u' in [damping]";
             return Some(Finding::new("no_drag", "drag", why).value(drag, "N").limit(0.0).speed(FAST));
         }
         let thrusters = self.actuators.iter().chain(&self.others).filter(|one| one.unit() == "N");

@@ -4,8 +4,8 @@ use crate::inputs::design_file::values::{rising, within};
 use crate::inputs::design_file::{
     BANDWIDTH, DAMPING, FOLLOW, FREQUENCY, Measured, NOISE, PEAK, SCALE, Tracked,
 };
-use crate::numbers::readable;
 use squid_auv::VIEWS;
+use squid_auv::readable;
 use squid_auv::toml_file::Table;
 use squid_lpv::weights::{ReferenceModel, ReferenceWeight, TrackingWeight};
 use squid_signals::{Interface, Level, Signal};

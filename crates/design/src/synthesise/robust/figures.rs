@@ -1,7 +1,7 @@
 //! The figures of a robust design and of the nominal one: as a file, and as text.
 
-use crate::numbers::above;
 use serde::{Deserialize, Serialize};
+use squid_base::numbers::above;
 
 /// The gain that corresponds to the weights of the design.
 pub const UNIT_GAIN: f64 = 1.0;

@@ -5,7 +5,7 @@ use crate::page::{Axis, Chart, Curve, Figure, Part, Table, capital};
 use crate::subject::Subject;
 use crate::threads::in_parallel;
 use squid_auv::longitudinal::{SPEED, index};
-use squid_design::numbers::decimals;
+use squid_base::numbers::decimals;
 use squid_flight::flight::{Flight, Row, fly_at_sea};
 use squid_flight::sea::Sea;
 use squid_scheduled::{ControllerDesign, Manoeuvre};

@@ -6,6 +6,7 @@ use crate::sections::disturbances::sea::{DIGITS, FLOWN, SEAS, Squares, fly, quan
 use crate::subject::Subject;
 use crate::threads::in_parallel;
 use squid_auv::longitudinal::PITCH;
+use squid_base::numbers::decimals;
 use squid_base::progress::Progress;
 use squid_design::augment::augment;
 use squid_design::certify::lft_matrices;
@@ -13,7 +14,6 @@ use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, WorkingSea};
 use squid_design::linearise::LevelFlight;
-use squid_design::numbers::decimals;
 use squid_design::store::freeze::{controller, gamma};
 use squid_design::synthesise::anti_windup::anti_windup;
 use squid_design::synthesise::synthesise;
