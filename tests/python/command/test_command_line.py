@@ -313,7 +313,7 @@ def test_flight_that_leaves_the_water(
     spoil(copied_vehicle / "design.toml", "depth = 50.0", "depth = 1.0")
     done = run_squid("simulate", copied_vehicle, "--out", tmp_path / "out", "--json")
     assert done.returncode == 0, done.stderr
-    surfaced = [one for one in json.loads(done.stdout)["findings"] if one["kind"] == "surfaced"]
+    surfaced = [one for one in json.loads(done.stdout)["warnings"] if one["kind"] == "surfaced"]
     assert masked("\n".join(one["why"] for one in surfaced)) == snapshot
     end = surfaced[0]["value"]
     names, *rows = (tmp_path / "out" / "flight.csv").read_text(encoding="utf-8").splitlines()
