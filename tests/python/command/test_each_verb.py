@@ -141,8 +141,10 @@ def test_the_doctor_names_what_is_missing(
         check=False,
     )
     programs = json.loads(done.stdout)["programs"]
-    assert done.returncode == 1 and not any(program["found"] for program in programs)
-    assert all(program["remedy"] for program in programs)
+    # Wine is also found where its package puts it, outside the path.
+    required = [program for program in programs if program["name"] in ("cargo", "cc", "python3")]
+    assert done.returncode == 1 and not any(program["found"] for program in required)
+    assert all(program["remedy"] for program in programs if not program["found"])
     assert messages(done) == snapshot
 
 
