@@ -163,7 +163,7 @@ def test_macos_library_is_one_for_both_processors_and_asks_for_little(
                 oldest.append((command.platform, command.minos >> 16, command.minos >> 8 & 0xFF))
         (own,) = named[LC_ID_DYLIB]
         # The name must be that of the right library for either processor: mixed libraries could be joined unnoticed.
-        assert own == f"@rpath/libfmu_{kind.replace('loop', 'squid')}_library.dylib"
+        assert own == f"@rpath/libsquid_fmu_{kind}_library.dylib"
         assert "/usr/lib/libSystem.B.dylib" in named[LC_LOAD_DYLIB]
         assert set(named[LC_LOAD_DYLIB]) <= SYSTEM_LIBRARIES["darwin64"]
         assert named[LC_RPATH] == []
